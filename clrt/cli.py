@@ -1,0 +1,234 @@
+"""The command line. What a command needs is imported when it runs: --help stays quick."""
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from clrt.errors import ClrtError, RequestError
+
+
+class Commands(click.Group):
+    """Turns clrt's errors into one line on stderr and an exit status."""
+
+    def invoke(self, context: click.Context) -> Any:
+        try:
+            return super().invoke(context)
+        except ClrtError as error:
+            click.echo(f"clrt: {error}", err=True)
+            context.exit(error.exit_status)
+        except MemoryError:
+            click.echo("clrt: not enough memory for a picture of this size", err=True)
+            context.exit(1)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="clrt")
+def main() -> None:
+    """Ray traces scenes of spheres through OpenCL.
+
+    \b
+    Examples:
+      clrt render                                  the paper's scene at 4K
+      clrt render my.toml -o my.png --width 1920 --height 1080
+      clrt check my.toml                           is the scene file right?
+      clrt compare a.png b.png                     how far apart are two pictures?
+      clrt devices                                 where can it run?
+    """
+
+
+@main.command()
+@click.argument("scene", default="four-spheres")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="The picture's file; default <scene>.png here. The suffix chooses the format: "
+    "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .pfm.",
+)
+@click.option("--width", type=click.IntRange(min=1), default=3840, show_default=True, metavar="N")
+@click.option("--height", type=click.IntRange(min=1), default=2160, show_default=True, metavar="N")
+@click.option(
+    "--max-depth",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Ray segments from the camera, 1 for no reflection; default: the scene's.",
+)
+@click.option(
+    "--shadow-bias",
+    type=click.FloatRange(min=0),
+    metavar="X",
+    help="World units, 0 for the exact geometry; default: the scene's.",
+)
+@click.option(
+    "--precision",
+    type=click.Choice(["robust", "double"]),
+    default="robust",
+    show_default=True,
+    help="robust: float32; double: float64 throughout.",
+)
+@click.option(
+    "--lanes",
+    type=click.Choice(["1", "2", "4", "8", "16"]),
+    help="Pixels traced in lock step; default: what suits the device.",
+)
+@click.option(
+    "--device", metavar="TEXT", help="Part of a device's or platform's name, see 'clrt devices'."
+)
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Threads of PoCL; default: all cores.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
+@click.option("-v", "--verbose", is_flag=True, help="Say where the time goes.")
+def render(
+    scene: str,
+    output: Path | None,
+    width: int,
+    height: int,
+    max_depth: int | None,
+    shadow_bias: float | None,
+    precision: Any,
+    lanes: str | None,
+    device: str | None,
+    threads: int | None,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Renders SCENE, a built-in scene's name or a TOML file; default: four-spheres.
+
+    \b
+    Examples:
+      clrt render --width 3840 --height 2160
+      clrt render first-result -o small.jpg --width 480 --height 270
+      clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
+    """
+    started = time.perf_counter()
+    from msgspec.structs import replace
+    from tqdm import tqdm
+
+    from clrt.device import label
+    from clrt.image import check_output, film_dtype, save
+    from clrt.renderer import Renderer
+    from clrt.scenefile import load_scene
+
+    output = output or Path(f"{Path(scene).stem}.png")
+    check_output(output)
+    loaded = load_scene(scene)
+    if max_depth is not None:
+        loaded = replace(loaded, max_depth=max_depth)
+    if shadow_bias is not None:
+        try:
+            loaded = replace(loaded, shadow_bias=shadow_bias)
+        except ValueError as error:
+            raise RequestError(f"--shadow-bias: {error}") from None
+    ready = time.perf_counter()
+    with Renderer(
+        precision=precision, lanes=int(lanes) if lanes else None, device=device, threads=threads
+    ) as renderer:
+        if verbose:
+            click.echo(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}", err=True)
+        renderer.prepare(loaded, film_dtype(output))
+        compiled = time.perf_counter()
+        with tqdm(total=height, unit="row", disable=quiet, leave=False) as bar:
+            film = renderer.render(
+                loaded, width, height, dtype=film_dtype(output), progress=bar.update
+            )
+        rendered = time.perf_counter()
+        if verbose:
+            click.echo(
+                f"imports and scene {ready - started:.3f} s, device and kernel "
+                f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
+                f"alone {renderer.kernel_seconds:.4f} s)",
+                err=True,
+            )
+    save(output, film)
+    if verbose:
+        click.echo(f"file {time.perf_counter() - rendered:.3f} s", err=True)
+    if not quiet:
+        click.echo(f"{output}: {width}x{height}, rendered in {rendered - compiled:.3f} s", err=True)
+
+
+@main.command()
+@click.option("-v", "--verbose", is_flag=True, help="Say more of each device.")
+def devices(verbose: bool) -> None:
+    """Lists the OpenCL devices; the first is the default."""
+    from clrt.device import devices as found
+    from clrt.device import label
+
+    for device in found():
+        click.echo(label(device))
+        if verbose:
+            click.echo(f"  {device.version.strip()}, driver {device.driver_version.strip()}")
+            click.echo(
+                f"  {device.max_compute_units} compute units, native vector width float "
+                f"{device.native_vector_width_float}, double "
+                f"{device.native_vector_width_double}"
+            )
+
+
+@main.command()
+@click.argument("scene")
+def check(scene: str) -> None:
+    """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it."""
+    from clrt.scenefile import load_scene
+
+    loaded = load_scene(scene)
+    click.echo(
+        f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "
+        f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "
+        f"shadow_bias {loaded.shadow_bias:g}"
+    )
+
+
+@main.command()
+@click.argument("a", type=click.Path(path_type=Path))
+@click.argument("b", type=click.Path(path_type=Path))
+@click.option(
+    "--heatmap",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Also draw where the pictures differ.",
+)
+def compare(a: Path, b: Path, heatmap: Path | None) -> None:
+    """Says how far picture A is from picture B.
+
+    \b
+    Examples:
+      clrt compare mine.png theirs.png --heatmap where.png
+      clrt compare robust.npy double.npy
+    """
+    import numpy as np
+
+    from clrt import image, metrics
+
+    if heatmap is not None:
+        image.check_output(heatmap)
+    first, second = image.load(a), image.load(b)
+    found = metrics.difference(first, second)
+    click.echo(
+        f"pixels   {found.pixels}\n"
+        f"max      {found.max:.3e}\n"
+        f"RMSE     {found.rmse:.3e}\n"
+        f"PSNR     {found.psnr:.2f} dB\n"
+        f"p50      {found.p50:.3e}\n"
+        f"p99      {found.p99:.3e}\n"
+        f"p99.9    {found.p999:.3e}\n"
+        f"> 1/255  {found.over_255}\n"
+        f"> 1/1020 {found.over_1020}"
+    )
+    if heatmap is not None:
+        map_ = metrics.heatmap(metrics.pixel_error(first, second))
+        if image.film_dtype(heatmap) is np.uint8:
+            map_ = np.rint(255 * map_).astype(np.uint8)
+        image.save(heatmap, map_)
+        click.echo(f"{heatmap}: written", err=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""OpenCL devices: which there are, and which one to use."""
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from clrt import pocl
+from clrt.errors import DeviceError
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+INSTALL_HINT = "pip install 'pyopencl[pocl]' brings one for the CPU"
+
+
+def devices(threads: int | None = None) -> list["cl.Device"]:
+    """Every OpenCL device found, CPUs first.
+
+    Args:
+        threads: how many PoCL may use; None means every core that this process may use. It is
+            read when OpenCL starts, so only the first call of a process can say.
+
+    Raises:
+        DeviceError: OpenCL is not there, or has no device.
+    """
+    pocl.prepare(threads)
+    try:
+        import pyopencl as cl
+    except ImportError as error:
+        raise DeviceError(f"OpenCL does not load ({error}): {INSTALL_HINT}") from None
+    found = []
+    try:
+        for platform in cl.get_platforms():
+            try:
+                found += platform.get_devices()
+            except cl.Error:  # this platform has none
+                continue
+    except cl.Error:
+        pass
+    if not found:
+        raise DeviceError(f"no OpenCL device found: {INSTALL_HINT}")
+    for device in found:
+        if is_pocl(device) and device.version.endswith("-generic"):
+            with suppress(LookupError, OSError):  # if it fails, the build will tell
+                pocl.name_cpu(device.int_ptr)
+    return sorted(found, key=lambda device: not device.type & cl.device_type.CPU)
+
+
+def is_pocl(device: "cl.Device") -> bool:
+    return bool(device.platform.name == "Portable Computing Language")
+
+
+def find_device(name: str | None = None, threads: int | None = None) -> "cl.Device":
+    """The first device, or the first whose name or platform contains `name`, in any case.
+
+    Raises:
+        DeviceError: there is none.
+    """
+    found = devices(threads)
+    for device in found:
+        if name is None or name.lower() in label(device).lower():
+            if threads is not None and is_pocl(device) and device.max_compute_units != threads:
+                raise DeviceError(
+                    f"OpenCL already runs with {device.max_compute_units} threads, not {threads}: "
+                    "choose before its first use in a process"
+                )
+            return device
+    there = "; ".join(map(label, found))
+    raise DeviceError(f"no OpenCL device is called {name!r}; there are: {there}")
+
+
+def label(device: "cl.Device") -> str:
+    """The device's name and its platform's, on one line."""
+    return f"{device.name.strip()} ({device.platform.name.strip()})"

@@ -1,0 +1,25 @@
+"""What can go wrong, and the exit status that each ends the command with."""
+
+
+class ClrtError(Exception):
+    """An error that says in one line what to do about it."""
+
+    exit_status = 1
+
+
+class DeviceError(ClrtError):
+    """No OpenCL device can do the work."""
+
+
+class OutputError(ClrtError):
+    """The picture cannot be written."""
+
+
+class RequestError(ClrtError, ValueError):
+    """What was asked for cannot be meant: a size, a suffix, a folder."""
+
+    exit_status = 2
+
+
+class SceneError(RequestError):
+    """A scene that is not one. The message names file, key and what was expected."""

@@ -1,0 +1,102 @@
+"""How far one picture is from another."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clrt.errors import RequestError
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Error figures of a picture against another, over colours clipped to [0, 1].
+
+    A pixel's error is the largest of its three channels'.
+    """
+
+    pixels: int
+    max: float
+    rmse: float
+    """Over all channels."""
+    psnr: float
+    """Decibels, of a peak of 1; infinity for equal pictures."""
+    p50: float
+    p99: float
+    p999: float
+    over_255: int
+    """Pixels off by more than 1/255, one step of an 8-bit picture."""
+    over_1020: int
+    """Pixels off by more than a quarter of such a step."""
+
+
+def pixel_error(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
+    """Each pixel's error: (height, width) from two pictures (height, width, 3) of [0, 1].
+
+    NaN counts as the largest error, 1.
+    """
+    if a.shape != b.shape:
+        raise RequestError(f"the pictures differ in size: {_size(a)} and {_size(b)}")
+    worst: NDArray[np.float64] = abs(_clipped(a) - _clipped(b)).max(axis=2)
+    return np.nan_to_num(worst, nan=1.0)
+
+
+def difference(a: NDArray[Any], b: NDArray[Any]) -> Difference:
+    """The error figures of picture `a` against picture `b`, both (height, width, 3)."""
+    error = pixel_error(a, b)
+    square = np.nanmean((_clipped(a) - _clipped(b)) ** 2)
+    p50, p99, p999 = np.percentile(error, (50, 99, 99.9))
+    return Difference(
+        pixels=error.size,
+        max=float(error.max()),
+        rmse=float(np.sqrt(square)),
+        psnr=float(-10 * np.log10(square)) if square > 0 else float("inf"),
+        p50=float(p50),
+        p99=float(p99),
+        p999=float(p999),
+        over_255=int((error > 1 / 255).sum()),
+        over_1020=int((error > 1 / 1020).sum()),
+    )
+
+
+def edges(paths: NDArray[np.uint32]) -> NDArray[np.bool_]:
+    """The pixels whose path differs from that of a neighbour, diagonals included.
+
+    paths: (height, width), as from reference.trace. An image step lies within a pixel of these.
+    """
+    edge = np.zeros(paths.shape, bool)
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        rows = slice(None, -1) if down else slice(None)
+        below = slice(1, None) if down else slice(None)
+        if right == 1:
+            columns, beside = slice(None, -1), slice(1, None)
+        elif right == -1:
+            columns, beside = slice(1, None), slice(None, -1)
+        else:
+            columns = beside = slice(None)
+        differs = paths[rows, columns] != paths[below, beside]
+        edge[rows, columns] |= differs
+        edge[below, beside] |= differs
+    return edge
+
+
+def heatmap(error: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Errors as colours: black 0, blue to red to yellow from 1e-7 to 1, a decade a step.
+
+    error: (height, width). Returns (height, width, 3) in [0, 1].
+    """
+    decade = np.log10(np.maximum(error, 1e-7)) + 7
+    levels = [0, 1, 3, 5, 6, 7]
+    red = np.interp(decade, levels, [0, 0, 0.3, 1, 1, 1])
+    green = np.interp(decade, levels, [0, 0, 0, 0, 0.8, 1])
+    blue = np.interp(decade, levels, [0, 0.4, 1, 0, 0, 0.6])
+    return np.stack([red, green, blue], axis=2).astype(np.float32)
+
+
+def _clipped(image: NDArray[Any]) -> NDArray[np.float64]:
+    return np.clip(image.astype(np.float64), 0, 1)
+
+
+def _size(image: NDArray[Any]) -> str:
+    return f"{image.shape[1]}x{image.shape[0]}"

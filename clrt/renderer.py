@@ -1,0 +1,218 @@
+"""Renderer: a device, its programs and a scene's buffers, which together make a film."""
+
+from collections import deque
+from collections.abc import Callable
+from importlib import resources
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from clrt.device import find_device, label
+from clrt.errors import DeviceError, RequestError
+from clrt.pack import Real, pack, pack_camera
+from clrt.scene import Scene
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+Precision: TypeAlias = Literal["robust", "double"]
+PRECISIONS: dict[Precision, Real] = {"robust": np.float32, "double": np.float64}
+LANES = (1, 2, 4, 8, 16)
+KERNELS = ("lanes", "sphere", "shading", "camera", "film", "render")
+
+# One work-group is this many neighbouring pixels of a row, whatever their lanes: PoCL compiles a
+# kernel again for each size of a work-group.
+GROUP = 128
+# Rows are rendered in bands of about this many pixels, two of them under way at a time: small
+# enough for a progress bar, large enough to cost nothing (README, "How fast?").
+BAND = 1 << 20
+
+
+class Renderer:
+    """Renders scenes on one device, keeping what was compiled.
+
+    Args:
+        precision: "robust" (float32, the split formula) or "double" (float64).
+        lanes: pixels that a work-item traces in lock step, one of LANES; default: the device's
+            native vector width.
+        device: part of a device's or platform's name; default: the first CPU.
+        threads: for PoCL, before OpenCL's first use in this process; default: every core.
+
+    Raises:
+        DeviceError: there is no such device, or it lacks what `precision` needs.
+    """
+
+    def __init__(
+        self,
+        *,
+        precision: Precision = "robust",
+        lanes: int | None = None,
+        device: "str | cl.Device | None" = None,
+        threads: int | None = None,
+    ) -> None:
+        if precision not in PRECISIONS:
+            raise RequestError(f"precision: expected one of {list(PRECISIONS)}, got {precision!r}")
+        if lanes is not None and lanes not in LANES:
+            raise RequestError(f"lanes: expected one of {list(LANES)}, got {lanes!r}")
+        if device is None or isinstance(device, str):
+            device = find_device(device, threads)
+        import pyopencl as cl  # after find_device, which prepares its environment
+
+        self.device = device
+        self.precision = precision
+        self.real = PRECISIONS[precision]
+        native = device.native_vector_width_float
+        if self.real is np.float64:
+            native = device.native_vector_width_double
+            if native == 0:
+                raise DeviceError(f"{label(device)} has no float64: use --precision robust")
+        self.lanes = lanes or max(n for n in LANES if n <= max(native, 1))
+        self._context = cl.Context([device])
+        self._queue = cl.CommandQueue(
+            self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
+        )
+        self._kernels: dict[tuple[str, ...], cl.Kernel] = {}
+        self.kernel_seconds = 0.0
+        """How long the kernel ran for the last picture, by the device's own clock."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Waits for the device and lets go of it."""
+        self._queue.finish()
+        self._kernels.clear()
+
+    def render(
+        self,
+        scene: Scene,
+        width: int,
+        height: int,
+        *,
+        dtype: DTypeLike = np.float32,
+        progress: Callable[[int], object] | None = None,
+    ) -> NDArray[Any]:
+        """Renders a picture.
+
+        Args:
+            dtype: float32 gives linear colours, not clipped; uint8 gives round(255 c) of them,
+                clipped to [0, 1].
+            progress: called with the number of rows just finished.
+
+        Returns:
+            (height, width, 3) of dtype.
+        """
+        import pyopencl as cl
+
+        if width < 1 or height < 1:
+            raise RequestError(f"size: expected at least 1x1 pixels, got {width}x{height}")
+        kernel = self.prepare(scene, dtype)
+        film = np.empty((height, width, 3), dtype)
+        packed = pack(scene, self.real)
+        camera = self._upload(pack_camera(scene, width, height, self.real))
+        spheres, materials, lights = map(
+            self._upload, (packed.spheres, packed.materials, packed.lights)
+        )
+        group = max(GROUP // self.lanes, 1)
+        groups = -(-width // (group * self.lanes))
+        rows = max(BAND // width, 1)
+        self.kernel_seconds = 0.0
+        under_way: deque[tuple[cl.Event, cl.Buffer, NDArray[Any]]] = deque()
+
+        def finish_oldest() -> None:
+            event, buffer, band = under_way.popleft()
+            # On a CPU the kernel has written to the film itself and mapping only waits; on other
+            # devices it copies.
+            mapped, _ = cl.enqueue_map_buffer(
+                self._queue, buffer, cl.map_flags.READ, 0, band.shape, band.dtype, wait_for=[event]
+            )
+            mapped.base.release(self._queue)
+            self.kernel_seconds += 1e-9 * (event.profile.end - event.profile.start)
+            if progress is not None:
+                progress(len(band))
+
+        try:
+            for top in range(0, height, rows):
+                band = film[top : top + rows]
+                flags = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
+                buffer = cl.Buffer(self._context, flags, hostbuf=band)
+                kernel.set_args(
+                    buffer,
+                    np.int32(width),
+                    np.int32(top),
+                    np.int32(scene.max_depth),
+                    self.real(scene.shadow_bias),
+                    camera,
+                    np.int32(len(packed.spheres)),
+                    spheres,
+                    materials,
+                    np.int32(len(packed.lights)),
+                    lights,
+                )
+                event = cl.enqueue_nd_range_kernel(
+                    self._queue, kernel, (groups * group, len(band)), (group, 1)
+                )
+                under_way.append((event, buffer, band))
+                if len(under_way) == 2:
+                    finish_oldest()
+            while under_way:
+                finish_oldest()
+        finally:
+            self._queue.finish()  # the device writes to the film: an error must not free it
+        return film
+
+    def _upload(self, packed: NDArray[Any]) -> "cl.Buffer":
+        import pyopencl as cl
+
+        if packed.size == 0:  # OpenCL has no empty buffers
+            packed = np.zeros(1, packed.dtype)
+        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+        return cl.Buffer(self._context, flags, hostbuf=packed)
+
+    def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> "cl.Kernel":
+        """Compiles what render() will need for such a scene, if it is not compiled yet."""
+        import pyopencl as cl
+
+        dtype = np.dtype(dtype)
+        if dtype not in (np.float32, np.uint8):
+            raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
+        options = ("-DREFLECTION",) * scene.reflects + ("-DFILM_BYTES",) * (dtype == np.uint8)
+        if options not in self._kernels:
+            program = cl.Program(self._context, kernel_source())
+            try:
+                program.build(options=self.build_options(*options))
+            except cl.RuntimeError as error:
+                raise DeviceError(
+                    f"{label(self.device)} cannot compile the kernel: {first_error(str(error))}"
+                ) from None
+            self._kernels[options] = program.render
+        return self._kernels[options]
+
+    def build_options(self, *options: str) -> list[str]:
+        """The compiler options of this renderer's programs."""
+        double = ["-DDOUBLE"] * (self.real is np.float64)
+        return [f"-DLANES={self.lanes}", *double, *options]
+
+
+def kernel_source() -> str:
+    """The kernel's source, one text of all files; #line names the file in error messages."""
+    folder = resources.files("clrt.kernels")
+    return "".join(
+        f'#line 1 "{name}.cl"\n' + folder.joinpath(f"{name}.cl").read_text() for name in KERNELS
+    )
+
+
+def first_error(log: str) -> str:
+    """The line of a build log that says what is wrong."""
+    lines = [line.strip() for line in log.splitlines()]
+    return next((line for line in lines if "error:" in line), lines[0])

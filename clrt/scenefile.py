@@ -1,0 +1,89 @@
+"""Scene files: TOML to Scene, with errors that name file, key and what was expected."""
+
+import re
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from clrt.errors import SceneError
+from clrt.scene import Material, Scene
+
+T = TypeVar("T")
+
+
+def builtin_scenes() -> list[str]:
+    """The names of the scenes that come with clrt."""
+    folder = resources.files("clrt.scenes")
+    return sorted(
+        f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")
+    )
+
+
+def load_scene(source: str | Path) -> Scene:
+    """Reads a scene file.
+
+    Args:
+        source: the name of a built-in scene, or a path to a TOML file.
+
+    Raises:
+        SceneError: it cannot be read, or is not a scene.
+    """
+    name = str(source)
+    path = Path(source)
+    if name in builtin_scenes():
+        text = resources.files("clrt.scenes").joinpath(f"{name}.toml").read_bytes()
+    else:
+        try:
+            text = path.read_bytes()
+        except FileNotFoundError:
+            known = ", ".join(builtin_scenes())
+            raise SceneError(f"{name}: no such file, nor a built-in scene ({known})") from None
+        except OSError as error:
+            raise SceneError(f"{name}: cannot be read: {error.strerror}") from None
+    try:
+        return parse_scene(text.decode())
+    except UnicodeDecodeError:
+        raise SceneError(f"{name}: expected UTF-8 text") from None
+    except SceneError as error:
+        raise SceneError(f"{name}: {error}") from None
+
+
+def parse_scene(text: str) -> Scene:
+    """Makes a scene of TOML text.
+
+    Raises:
+        SceneError: naming the key and what was expected.
+    """
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"not TOML: {error}") from None
+    materials = tables.get("materials")
+    if isinstance(materials, dict):
+        # msgspec does not say in which entry of a dict an error lies.
+        for name, table in materials.items():
+            _convert(table, Material, f"materials.{name}")
+    return _convert(tables, Scene, "")
+
+
+def _convert(tables: Any, kind: type[T], path: str) -> T:
+    try:
+        return msgspec.convert(tables, kind)
+    except msgspec.ValidationError as error:
+        raise SceneError(_located(str(error), path)) from None
+
+
+def _located(message: str, path: str) -> str:
+    """Turns msgspec's "what - at `$.where`" into "where: what"."""
+    message, _, where = message.partition(" - at `$")
+    path += where.rstrip("`")
+    if found := re.match(r"Object (?:contains|missing required) (.*) field `(.*)`", message):
+        path += f".{found[2]}"
+        message = "unknown key" if found[1] == "unknown" else "expected a value, got none"
+    elif found := re.match(r"([\w.\[\]]+): (expected .*)", message):  # one of scene.py's own
+        path += f".{found[1]}"
+        message = found[2]
+    return f"{path.lstrip('.')}: {message[0].lower()}{message[1:]}"

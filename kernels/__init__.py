@@ -1,0 +1,1 @@
+"""The OpenCL C sources, read by clrt.renderer."""

@@ -1,0 +1,1 @@
+"""The scenes that come with clrt, each a TOML file with its picture beside it."""
