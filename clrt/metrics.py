@@ -82,15 +82,15 @@ def edges(paths: NDArray[np.uint32]) -> NDArray[np.bool_]:
 
 
 def heatmap(error: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Errors as colours: black 0, blue to red to yellow from 1e-7 to 1, a decade a step.
+    """Errors as colours: black below 1e-7, then blue, red, yellow and white at 1.
 
     error: (height, width). Returns (height, width, 3) in [0, 1].
     """
     decade = np.log10(np.maximum(error, 1e-7)) + 7
     levels = [0, 1, 3, 5, 6, 7]
-    red = np.interp(decade, levels, [0, 0, 0.3, 1, 1, 1])
-    green = np.interp(decade, levels, [0, 0, 0, 0, 0.8, 1])
-    blue = np.interp(decade, levels, [0, 0.4, 1, 0, 0, 0.6])
+    red = np.interp(decade, levels, [0, 0, 0.5, 1, 1, 1])
+    green = np.interp(decade, levels, [0, 0, 0, 0.1, 0.8, 1])
+    blue = np.interp(decade, levels, [0, 0.4, 0.6, 0.3, 0.1, 1])
     return np.stack([red, green, blue], axis=2).astype(np.float32)
 
 

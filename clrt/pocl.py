@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import stat
 import struct
 import tempfile
 from pathlib import Path
@@ -19,12 +20,10 @@ def prepare(threads: int | None) -> None:
             os.environ[variable] = str(threads)
         else:
             os.environ.setdefault(variable, str(len(os.sched_getaffinity(0))))
-    # PoCL finds no device at all where it cannot write its cache.
-    if "POCL_CACHE_DIR" not in os.environ:
-        home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-        if not _writable(Path(home) / "pocl"):
-            cache = Path(tempfile.gettempdir()) / f"clrt-pocl-{os.getuid()}"
-            os.environ["POCL_CACHE_DIR"] = str(cache)
+    # Where they cannot write a cache PoCL finds no device and PyOpenCL fails.
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    if not _writable(Path(cache)):
+        os.environ["XDG_CACHE_HOME"] = str(_temporary_cache())
 
 
 def _writable(folder: Path) -> bool:
@@ -33,6 +32,16 @@ def _writable(folder: Path) -> bool:
     except OSError:
         return False
     return os.access(folder, os.W_OK | os.X_OK)
+
+
+def _temporary_cache() -> Path:
+    """A folder that only this user can write, the same one in every run if possible."""
+    folder = Path(tempfile.gettempdir()) / f"clrt-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    status = folder.lstat()
+    if status.st_uid == os.getuid() and stat.S_ISDIR(status.st_mode) and _writable(folder):
+        return folder
+    return Path(tempfile.mkdtemp(prefix="clrt-"))
 
 
 # What each level of x86-64 adds, best first, by the names of /proc/cpuinfo; and the CPU whose name

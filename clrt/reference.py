@@ -87,8 +87,13 @@ def _dot(a: Array, b: Array) -> Array:
     return product
 
 
+def _norm(a: Array) -> Array:
+    length: Array = np.sqrt(_dot(a, a))
+    return length
+
+
 def _unit(a: Array) -> Array:
-    length = np.sqrt(_dot(a, a))
+    length = _norm(a)
     return np.divide(a, length, out=np.zeros_like(a), where=length > 0)
 
 
@@ -121,7 +126,7 @@ class _Tracer:
         for s, (center, radius) in enumerate(zip(self.centers, self.radii, strict=True)):
             from_center = origin - center
             b = 2 * _dot(direction, from_center)
-            c = _dot(from_center, from_center) - radius**2
+            c = _norm(from_center) ** 2 - radius**2
             delta = b**2 - 4 * c
             smaller = (-b - np.sqrt(np.maximum(delta, 0))) / 2
             closer = (delta > 0) & (smaller > 0) & (smaller < distance)
@@ -176,7 +181,7 @@ class _Tracer:
     ) -> Array:
         """Whether nothing stands between a hit point and a light (11.7)."""
         _, distance = self.nearest(lifted, to_light, hit)
-        free: Array = distance >= np.sqrt(_dot(light - point, light - point))
+        free: Array = distance >= _norm(light - point)
         if self.exact:
             free &= _dot(normal, to_light) >= 0
         return free

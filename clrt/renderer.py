@@ -2,13 +2,13 @@
 
 from collections import deque
 from collections.abc import Callable
-from importlib import resources
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from clrt import data
 from clrt.device import find_device, label
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, pack, pack_camera
@@ -206,9 +206,9 @@ class Renderer:
 
 def kernel_source() -> str:
     """The kernel's source, one text of all files; #line names the file in error messages."""
-    folder = resources.files("clrt.kernels")
+    folder = data.folder("kernels")
     return "".join(
-        f'#line 1 "{name}.cl"\n' + folder.joinpath(f"{name}.cl").read_text() for name in KERNELS
+        f'#line 1 "{name}.cl"\n' + (folder / f"{name}.cl").read_text() for name in KERNELS
     )
 
 

@@ -2,12 +2,12 @@
 
 import re
 import tomllib
-from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
 
+from clrt import data
 from clrt.errors import SceneError
 from clrt.scene import Material, Scene
 
@@ -16,10 +16,7 @@ T = TypeVar("T")
 
 def builtin_scenes() -> list[str]:
     """The names of the scenes that come with clrt."""
-    folder = resources.files("clrt.scenes")
-    return sorted(
-        f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")
-    )
+    return sorted(path.stem for path in data.folder("scenes").glob("*.toml"))
 
 
 def load_scene(source: str | Path) -> Scene:
@@ -34,15 +31,14 @@ def load_scene(source: str | Path) -> Scene:
     name = str(source)
     path = Path(source)
     if name in builtin_scenes():
-        text = resources.files("clrt.scenes").joinpath(f"{name}.toml").read_bytes()
-    else:
-        try:
-            text = path.read_bytes()
-        except FileNotFoundError:
-            known = ", ".join(builtin_scenes())
-            raise SceneError(f"{name}: no such file, nor a built-in scene ({known})") from None
-        except OSError as error:
-            raise SceneError(f"{name}: cannot be read: {error.strerror}") from None
+        path = data.folder("scenes") / f"{name}.toml"
+    try:
+        text = path.read_bytes()
+    except FileNotFoundError:
+        known = ", ".join(builtin_scenes())
+        raise SceneError(f"{name}: no such file, nor a built-in scene ({known})") from None
+    except OSError as error:
+        raise SceneError(f"{name}: cannot be read: {error.strerror}") from None
     try:
         return parse_scene(text.decode())
     except UnicodeDecodeError:
@@ -80,9 +76,9 @@ def _located(message: str, path: str) -> str:
     """Turns msgspec's "what - at `$.where`" into "where: what"."""
     message, _, where = message.partition(" - at `$")
     path += where.rstrip("`")
-    if found := re.match(r"Object (?:contains|missing required) (.*) field `(.*)`", message):
+    if found := re.match(r"Object (contains unknown|missing required) field `(.*)`", message):
         path += f".{found[2]}"
-        message = "unknown key" if found[1] == "unknown" else "expected a value, got none"
+        message = "unknown key" if found[1] == "contains unknown" else "expected a value, got none"
     elif found := re.match(r"([\w.\[\]]+): (expected .*)", message):  # one of scene.py's own
         path += f".{found[1]}"
         message = found[2]

@@ -1,1 +1,0 @@
-"""The OpenCL C sources, read by clrt.renderer."""

@@ -1,1 +1,0 @@
-"""The scenes that come with clrt, each a TOML file with its picture beside it."""

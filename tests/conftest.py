@@ -1,0 +1,38 @@
+"""Renderers for every OpenCL device found, each compiled once for the whole run."""
+
+import functools
+
+import pyopencl as cl
+import pytest
+
+from clrt.device import devices, label
+from clrt.renderer import LANES, Precision, Renderer
+
+DEVICES = devices()
+
+
+@functools.cache
+def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust") -> Renderer:
+    return Renderer(device=device, lanes=lanes, precision=precision)
+
+
+@pytest.fixture(params=DEVICES, ids=label, scope="session")
+def device(request: pytest.FixtureRequest) -> cl.Device:
+    return request.param
+
+
+@pytest.fixture(params=LANES, ids=lambda n: f"lanes{n}", scope="session")
+def lanes(request: pytest.FixtureRequest) -> int:
+    return request.param
+
+
+@pytest.fixture
+def renderer(device: cl.Device, lanes: int) -> Renderer:
+    return renderer_for(device, lanes)
+
+
+@pytest.fixture
+def double_renderer(device: cl.Device, lanes: int) -> Renderer:
+    if device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+    return renderer_for(device, lanes, "double")

@@ -1,0 +1,163 @@
+"""The command line, inside this process and as a real one."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from PIL import Image
+
+import clrt
+from clrt.cli import main
+
+SMALL = ["--width", "40", "--height", "23"]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> Result:
+        return CliRunner().invoke(main, words, catch_exceptions=False)
+
+    return run
+
+
+def clrt_process(*words: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "clrt.cli", *words],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+def test_render_defaults_to_the_papers_scene(run, tmp_path: Path) -> None:
+    result = run("render", *SMALL)
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert "four-spheres.png: 40x23, rendered in" in result.stderr.splitlines()[-1]
+    assert Image.open("four-spheres.png").size == (40, 23)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("lanes", ["1", "16"])
+def test_render_npy_is_the_renderers_film(run, lanes: str) -> None:
+    assert run("render", "-o", "a.npy", "--lanes", lanes, "-q", *SMALL).exit_code == 0
+    expected = clrt.render(clrt.load_scene("four-spheres"), 40, 23, lanes=int(lanes))
+    assert (np.load("a.npy") == expected).all()
+
+
+def test_options_reach_the_scene(run) -> None:
+    run("render", "-o", "deep.npy", *SMALL)
+    run("render", "-o", "flat.npy", "--max-depth", "1", *SMALL)
+    run("render", "-o", "exact.npy", "--shadow-bias", "0", "--precision", "double", *SMALL)
+    deep, flat, exact = map(np.load, ("deep.npy", "flat.npy", "exact.npy"))
+    truth = clrt.reference.render(clrt.load_scene("four-spheres"), 40, 23, truth="exact")
+    assert (deep != flat).any()
+    assert abs(exact - truth).max() < 1e-7
+
+
+def test_quiet_says_nothing(run) -> None:
+    result = run("render", "-q", *SMALL)
+    assert result.stdout == result.stderr == ""
+
+
+def test_verbose_says_where_and_how_long(run) -> None:
+    assert "kernel alone" in run("render", "-v", *SMALL).stderr
+
+
+def test_devices(run) -> None:
+    assert run("devices").stdout.splitlines()
+    assert "compute units" in run("devices", "-v").stdout
+
+
+def test_check(run) -> None:
+    assert "4 spheres, 4 materials, 1 lights" in run("check", "four-spheres").stdout
+
+
+def test_compare(run) -> None:
+    run("render", "-o", "a.png", *SMALL)
+    run("render", "-o", "b.png", "--max-depth", "1", *SMALL)
+    result = run("compare", "a.png", "b.png", "--heatmap", "where.png")
+    assert result.exit_code == 0
+    assert "pixels   920" in result.stdout
+    assert Image.open("where.png").size == (40, 23)
+    assert "PSNR     inf dB" in run("compare", "a.png", "a.png").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["render", "none"], "none: no such file, nor a built-in scene"),
+        (["render", "-o", "a.exr"], "ends in one of"),
+        (["render", "-o", "no/a.png"], "does not exist"),
+        (["render", "--width", "0"], "--width"),
+        (["render", "--lanes", "3"], "--lanes"),
+        (["render", "--shadow-bias", "inf"], "--shadow-bias"),
+        (["render", "--precision", "half"], "--precision"),
+        (["check", "none.toml"], "none.toml: no such file"),
+        (["compare", "a.png", "b.png"], "a.png: cannot be read: No such file"),
+    ],
+)
+def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: str) -> None:
+    result = run(*words)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_wrong_scene_ends_with_one_line(run, tmp_path: Path) -> None:
+    (tmp_path / "wrong.toml").write_text("[camera]\nposition = [0, 0, 0]\nlook_at = [0, 0, nan]")
+    result = run("render", "wrong.toml")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "clrt: wrong.toml: camera.look_at: expected three finite numbers, got (0.0, 0.0, nan)\n"
+    )
+
+
+def test_an_unknown_device_ends_with_1(run, tmp_path: Path) -> None:
+    result = run("render", "--device", "Voodoo", *SMALL)
+    assert result.exit_code == 1
+    assert "no OpenCL device is called 'Voodoo'; there are: " in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_process_of_its_own(tmp_path: Path) -> None:
+    done = clrt_process("render", "--threads", "1", "-v", *SMALL, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert Image.open(tmp_path / "four-spheres.png").size == (40, 23)
+
+
+def test_no_opencl_platform(tmp_path: Path) -> None:
+    done = clrt_process("render", *SMALL, cwd=tmp_path, OCL_ICD_VENDORS="/nowhere")
+    assert done.returncode == 1
+    assert done.stderr.startswith("clrt: no OpenCL device found: pip install 'pyopencl[pocl]'")
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_home_that_cannot_be_written(tmp_path: Path) -> None:
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    done = clrt_process(
+        "render",
+        "-q",
+        *SMALL,
+        cwd=tmp_path,
+        HOME="/dev/null",
+        XDG_CACHE_HOME="",
+        TMPDIR=str(temporary),
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "four-spheres.png").is_file()
+
+
+def test_help_has_examples(run) -> None:
+    for words in ([], ["render"], ["compare"]):
+        assert "Examples:" in run(*words, "--help").stdout

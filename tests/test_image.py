@@ -1,0 +1,88 @@
+"""Image files: each format read back, whole or not there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clrt import image
+from clrt.errors import OutputError, RequestError
+
+BYTES = np.random.default_rng(1).integers(0, 256, (20, 30, 3), np.uint8)
+FLOATS = np.random.default_rng(2).normal(0, 3, (20, 30, 3)).astype(np.float32)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".webp", ".tif", ".bmp", ".ppm", ".PNG"])
+def test_8_bit_round_trip(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    image.save(path, BYTES)
+    assert (np.rint(255 * image.load(path)) == BYTES).all()
+
+
+def test_jpeg_round_trip(tmp_path: Path) -> None:
+    path = tmp_path / "a.jpg"
+    smooth = np.broadcast_to(np.arange(64, dtype=np.uint8)[:, None, None] * 3, (64, 64, 3))
+    image.save(path, np.ascontiguousarray(smooth))
+    assert abs(255 * image.load(path) - smooth).max() < 4
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".pfm"])
+def test_float_round_trip(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    image.save(path, FLOATS)
+    assert (image.load(path) == FLOATS).all()
+
+
+@pytest.mark.parametrize("suffix", image.SUFFIXES)
+def test_every_suffix_has_a_film(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    image.check_output(path)
+    image.save(path, BYTES if image.film_dtype(path) is np.uint8 else FLOATS)
+    assert image.load(path).shape == (20, 30, 3)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_check_output(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match=r"ends in one of \.png"):
+        image.check_output(tmp_path / "a.exr")
+    with pytest.raises(RequestError, match="does not exist"):
+        image.check_output(tmp_path / "none" / "a.png")
+    folder = tmp_path / "a.png"
+    folder.mkdir()
+    with pytest.raises(RequestError, match="is a folder"):
+        image.check_output(folder)
+
+
+def test_a_failed_write_leaves_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.npy"
+    image.save(path, FLOATS)
+    before = path.read_bytes()
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(image._WRITE_FLOATS, ".npy", stop)
+    with pytest.raises(KeyboardInterrupt):
+        image.save(path, FLOATS)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["a.npy"]
+
+
+def test_too_large_for_the_format(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="cannot be written"):
+        image.save(tmp_path / "a.webp", np.zeros((1, 20000, 3), np.uint8))
+    assert not list(tmp_path.iterdir())
+
+
+def test_unreadable(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="No such file"):
+        image.load(tmp_path / "none.png")
+    for name in ("a.png", "a.npy", "a.pfm"):
+        (tmp_path / name).write_bytes(b"nothing of the kind")
+        with pytest.raises(RequestError, match="cannot be read"):
+            image.load(tmp_path / name)
+    np.save(tmp_path / "flat.npy", np.zeros(5))
+    with pytest.raises(RequestError, match="expected an array of shape"):
+        image.load(tmp_path / "flat.npy")

@@ -1,0 +1,77 @@
+"""Packing: the dtypes are the kernel's structs, and giants are anchored where they should be."""
+
+import numpy as np
+import pyopencl as cl
+import pytest
+
+import clrt
+from clrt import pack
+from clrt.renderer import Renderer, kernel_source
+
+STRUCTS = {
+    "Camera": pack.camera_dtype,
+    "Sphere": pack.sphere_dtype,
+    "Material": pack.material_dtype,
+    "Light": pack.light_dtype,
+}
+
+
+def layout_kernel() -> str:
+    """A kernel that writes size and field offsets of every struct, as the device has them."""
+    lines = []
+    for name, dtype in STRUCTS.items():
+        lines.append(f"*to++ = sizeof({name});")
+        for field in dtype(np.float32).names or ():
+            lines.append(
+                f"{{ __private {name} s; "
+                f"*to++ = (__private char *)&s.{field} - (__private char *)&s; }}"
+            )
+    return "__kernel void layout(__global int *to) {" + "\n".join(lines) + "}"
+
+
+@pytest.mark.parametrize("precision", ["robust", "double"])
+def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
+    renderer = Renderer(device=device, precision=precision, lanes=1)
+    expected = []
+    for dtype in (make(renderer.real) for make in STRUCTS.values()):
+        expected.append(dtype.itemsize)
+        expected += [dtype.fields[field][1] for field in dtype.names]
+    context = cl.Context([device])
+    queue = cl.CommandQueue(context)
+    program = cl.Program(context, kernel_source() + layout_kernel())
+    program.build(options=renderer.build_options())
+    found = np.zeros(len(expected), np.int32)
+    buffer = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, found.nbytes)
+    program.layout(queue, (1,), None, buffer)
+    cl.enqueue_copy(queue, found, buffer)
+    assert found.tolist() == expected
+
+
+def test_only_the_plane_is_a_giant() -> None:
+    packed = pack.pack(clrt.load_scene("four-spheres"), np.float32)
+    assert packed.spheres["giant"].tolist() == [0, 0, 0, 1]
+    plane = packed.spheres[3]
+    # The plane's top is 0.7 under the camera's height, which stands 1 beside its axis.
+    assert plane["anchor"] == pytest.approx([0, -0.7, 0], abs=2e-4)
+    assert plane["offset"] == pytest.approx([0, 8999.3, 1], rel=1e-4)
+
+
+@pytest.mark.parametrize("radius", [1e3, 1e5, 1e7, 1e9])
+def test_a_giants_surface_is_where_it_was(radius: float) -> None:
+    """The point that float32 anchor, offset and c0 stand for lies on the sphere."""
+    center = np.array([[0.6 * (radius + 1.5), -0.8 * (radius + 1.5), 0.0]])
+    sphere = pack._pack_spheres(center, np.array([radius]), 0.0, np.float32)[0]
+    assert sphere["giant"]
+    # c / 2r is the height of the anchor above the surface, as the kernel has it.
+    height = float(sphere["c0"]) / (2 * radius)
+    truth = np.linalg.norm(sphere["anchor"].astype(float) - center[0]) - radius
+    assert height == pytest.approx(truth, abs=2e-7)
+
+
+def test_materials_are_stored_once() -> None:
+    scene = clrt.load_scene("sunflower")
+    packed = pack.pack(scene, np.float32)
+    assert len(packed.materials) == len(scene.materials) < len(packed.spheres)
+    names = list(scene.materials)
+    for packed_sphere, sphere in zip(packed.spheres, scene.spheres, strict=True):
+        assert names[packed_sphere["material"]] == sphere.material

@@ -1,0 +1,136 @@
+"""The references against an independent loop, written as the paper prints it."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+import clrt
+from clrt import reference
+from clrt.scene import Scene
+
+
+def paper_loop(scene: Scene, width: int, height: int) -> np.ndarray:
+    """Section 11.11, one pixel at a time, for one light and the camera of section 11.1."""
+
+    def sphere_intersect(center, radius, ray_origin, ray_direction):
+        b = 2 * np.dot(ray_direction, ray_origin - center)
+        c = np.linalg.norm(ray_origin - center) ** 2 - radius**2
+        delta = b**2 - 4 * c
+        if delta > 0:
+            t1 = (-b + math.sqrt(delta)) / 2
+            t2 = (-b - math.sqrt(delta)) / 2
+            if t1 > 0 and t2 > 0:
+                return min(t1, t2)
+        return None
+
+    def nearest_intersected_object(ray_origin, ray_direction):
+        nearest, min_distance = None, math.inf
+        for sphere in scene.spheres:
+            distance = sphere_intersect(
+                np.array(sphere.center), sphere.radius, ray_origin, ray_direction
+            )
+            if distance and distance < min_distance:
+                nearest, min_distance = sphere, distance
+        return nearest, min_distance
+
+    def normalized(vector):
+        return vector / np.linalg.norm(vector)
+
+    camera = np.array([0.0, 0.0, 1.0])
+    ratio = width / height
+    light = scene.lights[0]
+    image = np.zeros((height, width, 3))
+    for i, y in enumerate(np.linspace(1 / ratio, -1 / ratio, height)):
+        for j, x in enumerate(np.linspace(-1, 1, width)):
+            origin = camera
+            direction = normalized(np.array([x, y, 0]) - origin)
+            reflection = 1.0
+            for _ in range(scene.max_depth):
+                nearest, distance = nearest_intersected_object(origin, direction)
+                if nearest is None:
+                    break
+                point = origin + distance * direction
+                normal = normalized(point - np.array(nearest.center))
+                shifted = point + scene.shadow_bias * normal
+                to_light = normalized(np.array(light.position) - shifted)
+                _, distance = nearest_intersected_object(shifted, to_light)
+                if distance < np.linalg.norm(np.array(light.position) - point):
+                    break
+                material = scene.materials[nearest.material]
+                half = normalized(to_light + normalized(camera - point))
+                image[i, j] += reflection * (
+                    np.array(material.ambient) * light.ambient
+                    + np.array(material.diffuse) * light.diffuse * np.dot(to_light, normal)
+                    + np.array(material.specular)
+                    * light.specular
+                    * max(np.dot(normal, half), 0) ** (material.shininess / 4)
+                )
+                reflection *= material.reflection
+                origin = shifted
+                direction = direction - 2 * np.dot(direction, normal) * normal
+    return image
+
+
+@pytest.mark.parametrize("name", ["four-spheres", "first-result"])
+def test_seed_is_the_papers_loop(name: str) -> None:
+    scene = clrt.load_scene(name)
+    truth = reference.render(scene, 64, 36, truth="seed")
+    assert abs(truth - paper_loop(scene, 64, 36)).max() < 1e-12
+
+
+def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = clrt.load_scene("four-spheres")
+    whole = reference.trace(scene, 50, 31)
+    monkeypatch.setattr(reference, "BAND", 7 * 50)
+    bands = reference.trace(scene, 50, 31)
+    assert (whole.image == bands.image).all()
+    assert (whole.paths == bands.paths).all()
+
+
+def test_the_two_truths_differ_at_the_terminator_only() -> None:
+    scene = clrt.load_scene("four-spheres")
+    seed = reference.render(scene, 240, 135, truth="seed")
+    exact = reference.render(scene, 240, 135, truth="exact")
+    apart = (abs(seed - exact).max(axis=2) > 1e-3).mean()
+    assert 0 < apart < 0.005
+
+
+def test_exact_radiance_of_a_lone_sphere() -> None:
+    """Camera, light and normal in one line: L.N = N.H = 1, so the pixel is ka + kd + ks."""
+    scene = clrt.Scene(
+        clrt.Camera((0, 0, 5), (0, 0, 0)),
+        (clrt.Light((0, 0, 9), diffuse=(0.5, 0.5, 0.5)),),
+        {"m": clrt.Material((0.1, 0.2, 0.3), (0.4, 0.4, 0.4), (0.25, 0.5, 0), 80)},
+        (clrt.Sphere((0, 0, 0), 1, "m"),),
+    )
+    pixel = reference.render(scene, 3, 3)[1, 1]
+    assert pixel == pytest.approx([0.1 + 0.2 + 0.25, 0.2 + 0.2 + 0.5, 0.3 + 0.2], abs=1e-15)
+
+
+def test_longdouble_agrees_with_float64() -> None:
+    scene = msgspec.structs.replace(clrt.load_scene("four-spheres"), shadow_bias=0.0)
+    double = reference.render(scene, 64, 36)
+    longer = reference.render(scene, 64, 36, dtype=np.longdouble)
+    assert longer.dtype == np.longdouble
+    assert abs(double - longer).max() < 1e-9
+
+
+def test_a_bounce_between_two_mirrors_adds_a_geometric_series() -> None:
+    """A ray that goes to and fro between two facing mirrors gathers w + w r + w r^2 + ..."""
+    mirror = clrt.Material((0.25, 0, 0), (0, 0, 0), (0, 0, 0), 4, reflection=0.5)
+    scene = clrt.Scene(
+        clrt.Camera((0, 0, 0), (0, 0, -1)),
+        (clrt.Light((0.0, 0.0, 0.5)),),
+        {"mirror": mirror},
+        (clrt.Sphere((0, 0, -3), 2, "mirror"), clrt.Sphere((0, 0, 3), 2, "mirror")),
+        max_depth=4,
+    )
+    pixel = reference.render(scene, 3, 3)[1, 1]
+    assert pixel[0] == pytest.approx(0.25 * (1 + 0.5 + 0.25 + 0.125), abs=1e-15)
+
+
+def test_unknown_truth() -> None:
+    with pytest.raises(ValueError, match="truth"):
+        reference.render(clrt.load_scene("four-spheres"), 4, 4, truth="real")  # type: ignore

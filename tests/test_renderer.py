@@ -1,0 +1,134 @@
+"""The kernel against both truths, on every device and for every number of lanes."""
+
+import gc
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+import clrt
+from clrt import metrics, reference
+from clrt.renderer import Renderer
+
+SIZES = [(240, 135), (101, 67), (1, 1), (1, 7), (7, 1), (17, 2)]
+
+
+@pytest.fixture(scope="session")
+def truths() -> dict:
+    """(scene, size, truth) -> (scene to render, its trace)."""
+    found = {}
+    for name in clrt.builtin_scenes():
+        for size in SIZES:
+            for truth, bias in (("seed", 1e-5), ("exact", 0.0)):
+                scene = replace(clrt.load_scene(name), shadow_bias=bias)
+                found[name, size, truth] = scene, reference.trace(scene, *size, truth)
+    return found
+
+
+def off_edges(image: np.ndarray, trace: reference.Trace, flips: int) -> float:
+    """The largest error away from edges; checks that at most `flips` pixels at edges are off."""
+    error = metrics.pixel_error(image, trace.image)
+    edges = metrics.edges(trace.paths)
+    assert not np.isnan(image).any()
+    assert (error > 1 / 1020).sum() <= flips
+    return float(error[~edges].max(initial=0))
+
+
+@pytest.mark.parametrize("truth", ["seed", "exact"])
+@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+@pytest.mark.parametrize("name", clrt.builtin_scenes())
+def test_robust_against_truth(renderer: Renderer, truths, name, size, truth) -> None:
+    scene, trace = truths[name, size, truth]
+    image = renderer.render(scene, *size)
+    assert image.shape == (size[1], size[0], 3)
+    assert image.dtype == np.float32
+    # In sunflower each of six bounces off a small mirror magnifies a rounding, most at its edge.
+    assert off_edges(image, trace, flips=3 if name == "sunflower" else 1) < 5e-5
+
+
+@pytest.mark.parametrize("truth", ["seed", "exact"])
+@pytest.mark.parametrize("name", clrt.builtin_scenes())
+def test_double_against_truth(double_renderer: Renderer, truths, name, truth) -> None:
+    scene, trace = truths[name, SIZES[0], truth]
+    image = double_renderer.render(scene, *SIZES[0])
+    # The film is float32: half a unit in the last place of 1.
+    assert off_edges(image, trace, flips=0) < 6.1e-8
+
+
+@pytest.mark.parametrize("name", clrt.builtin_scenes())
+def test_8_bit_is_the_film_rounded(renderer: Renderer, name) -> None:
+    scene = clrt.load_scene(name)
+    film = renderer.render(scene, 101, 67)
+    image = renderer.render(scene, 101, 67, dtype=np.uint8)
+    assert image.dtype == np.uint8
+    assert (image == np.rint(np.float32(255) * np.clip(film, 0, 1))).all()
+
+
+def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = clrt.load_scene("four-spheres")
+    whole = renderer.render(scene, 75, 40)
+    monkeypatch.setattr("clrt.renderer.BAND", 75 * 7)
+    rows: list[int] = []
+    assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
+    assert rows == [7, 7, 7, 7, 7, 5]
+
+
+def test_empty_and_unlit_scenes_are_black(renderer: Renderer) -> None:
+    scene = clrt.load_scene("four-spheres")
+    assert not renderer.render(replace(scene, spheres=()), 33, 9).any()
+    assert not renderer.render(replace(scene, lights=()), 33, 9).any()
+    assert not renderer.render(clrt.Scene(scene.camera), 33, 9).any()
+
+
+def test_depth_is_run_time_data(renderer: Renderer) -> None:
+    scene = clrt.load_scene("four-spheres")
+    for depth in (1, 2, 5, 9):
+        deeper = replace(scene, max_depth=depth, shadow_bias=0.0)
+        trace = reference.trace(deeper, 120, 68)
+        assert off_edges(renderer.render(deeper, 120, 68), trace, flips=1) < 5e-5
+
+
+def test_a_turned_camera_sees_the_turned_picture(renderer: Renderer) -> None:
+    scene = replace(clrt.load_scene("four-spheres"), shadow_bias=0.0)
+    camera = clrt.Camera((2.0, 1.5, 2.5), (0.1, -0.4, -0.3), up=(0.2, 1.0, 0.1), fov=42.0)
+    scene = replace(scene, camera=camera)
+    trace = reference.trace(scene, 120, 68)
+    assert trace.image.any()
+    assert off_edges(renderer.render(scene, 120, 68), trace, flips=1) < 5e-5
+
+
+def test_render_of_one_picture() -> None:
+    image = clrt.render(clrt.load_scene("four-spheres"), width=32, height=18)
+    assert image.shape == (18, 32, 3)
+    assert image.dtype == np.float32
+
+
+def test_an_exception_leaves_the_renderer_usable() -> None:
+    def stop(rows: int) -> None:
+        raise KeyboardInterrupt
+
+    scene = clrt.load_scene("four-spheres")
+    with Renderer() as renderer:
+        before = renderer.render(scene, 64, 36)
+        with pytest.raises(KeyboardInterrupt):
+            renderer.render(scene, 64, 36, progress=stop)
+        gc.collect()
+        assert (renderer.render(scene, 64, 36) == before).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"lanes": 3}, "lanes: expected one of"),
+        ({"precision": "single"}, "precision: expected one of"),
+        ({"device": "Voodoo 2"}, "no OpenCL device is called 'Voodoo 2'; there are: "),
+    ],
+)
+def test_refuses(options: dict, said: str) -> None:
+    with pytest.raises(clrt.ClrtError, match=said):
+        Renderer(**options)
+
+
+def test_refuses_a_size_of_none() -> None:
+    with pytest.raises(clrt.RequestError, match="size"):
+        clrt.render(clrt.load_scene("four-spheres"), 0, 5)

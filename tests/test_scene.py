@@ -1,0 +1,69 @@
+"""Scenes built in Python check themselves."""
+
+import math
+
+import msgspec
+import pytest
+
+import clrt
+
+RED = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), shininess=100)
+CAMERA = clrt.Camera((0, 0, 1), (0, 0, 0))
+
+
+def test_built_in_python_equals_read_from_file() -> None:
+    red = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), 100)
+    first = clrt.load_scene("first-result")
+    assert first.materials["red"] == red
+    assert first.spheres[0] == clrt.Sphere((-0.2, 0, -1), 0.7, "red")
+    assert first.camera == CAMERA
+
+
+def test_is_frozen() -> None:
+    with pytest.raises(AttributeError):
+        CAMERA.fov = 50  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: clrt.Sphere((0, 0, 0), 0, "red"), "radius: expected a finite number above 0"),
+        (lambda: clrt.Sphere((0, 0, 0), math.inf, "red"), "radius"),
+        (lambda: clrt.Sphere((0, math.nan, 0), 1, "red"), "center"),
+        (lambda: clrt.Sphere((0, 0), 1, "red"), "center: expected three"),  # type: ignore
+        (lambda: clrt.Light((0, 0, -math.inf)), "position"),
+        (lambda: msgspec.structs.replace(RED, reflection=1.5), "reflection"),
+        (lambda: msgspec.structs.replace(RED, shininess=-1.0), "shininess"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 1)), "look_at"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), up=(0, 0, 2)), "up"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), fov=180), "fov"),
+        (lambda: clrt.Scene(CAMERA, max_depth=0), "max_depth"),
+        (lambda: clrt.Scene(CAMERA, shadow_bias=-1e-5), "shadow_bias"),
+        (
+            lambda: clrt.Scene(CAMERA, spheres=(clrt.Sphere((0, 0, 0), 1, "blue"),)),
+            r"spheres\[0\].material: expected the name of a material",
+        ),
+    ],
+)
+def test_refuses(make, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        make()
+
+
+def test_camera_basis_is_orthonormal_and_right_handed() -> None:
+    camera = clrt.Camera((1, 2, 3), (-4, 0.5, 2), up=(0.1, 1, 0.3))
+    right, up, back = camera.basis()
+    cross = (
+        right[1] * up[2] - right[2] * up[1],
+        right[2] * up[0] - right[0] * up[2],
+        right[0] * up[1] - right[1] * up[0],
+    )
+    assert cross == pytest.approx(back, abs=1e-15)
+    assert [math.hypot(*v) for v in (right, up, back)] == pytest.approx([1, 1, 1], abs=1e-15)
+
+
+def test_reflects_only_where_a_path_can_go_on() -> None:
+    mirror = msgspec.structs.replace(RED, reflection=0.5)
+    assert clrt.Scene(CAMERA, materials={"m": mirror}).reflects
+    assert not clrt.Scene(CAMERA, materials={"m": mirror}, max_depth=1).reflects
+    assert not clrt.Scene(CAMERA, materials={"m": RED}).reflects
