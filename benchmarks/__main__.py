@@ -1,0 +1,23 @@
+"""python -m benchmarks: speed beside error, on this machine."""
+
+import click
+
+from benchmarks import speed
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--quick", is_flag=True, help="Small and few: only shows that it runs.")
+@click.pass_context
+def main(context: click.Context, quick: bool) -> None:
+    """Measures clrt on this machine; run it with nothing else running.
+
+    Each part prints a table and writes benchmarks/results/<part>.json, which also says on what
+    machine and with what versions. With --quick they go to a temporary folder.
+    """
+    context.obj = quick
+
+
+main.add_command(speed.command)
+
+if __name__ == "__main__":
+    main()
