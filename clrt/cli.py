@@ -65,10 +65,10 @@ def main() -> None:
 )
 @click.option(
     "--precision",
-    type=click.Choice(["robust", "double"]),
+    type=click.Choice(["robust", "literal", "double"]),
     default="robust",
     show_default=True,
-    help="robust: float32; double: float64 throughout.",
+    help="robust: float32; literal: float32, the paper's formula; double: float64.",
 )
 @click.option(
     "--lanes",

@@ -148,12 +148,12 @@ class _Tracer:
         hit = np.full(x.size, -1)
         for _ in range(self.max_depth):
             hit, distance = self.nearest(origin, direction, hit)
-            path[pixel] = path[pixel] * PRIME + (hit + 1).astype(np.uint32)
             met = hit >= 0
             pixel, weight, hit, distance = pixel[met], weight[met], hit[met], distance[met]
             origin, direction = origin[:, met], direction[:, met]
             if pixel.size == 0:
                 break
+            path[pixel] = path[pixel] * PRIME + (hit + 1).astype(np.uint32)
 
             point = origin + distance * direction
             centers = np.concatenate(self.centers, axis=1)

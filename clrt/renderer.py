@@ -11,20 +11,31 @@ from numpy.typing import DTypeLike, NDArray
 from clrt import data
 from clrt.device import find_device, label
 from clrt.errors import DeviceError, RequestError
-from clrt.pack import Real, pack, pack_camera
+from clrt.pack import Real, pack
 from clrt.scene import Scene
 
 if TYPE_CHECKING:
     import pyopencl as cl
 
-Precision: TypeAlias = Literal["robust", "double"]
-PRECISIONS: dict[Precision, Real] = {"robust": np.float32, "double": np.float64}
+Precision: TypeAlias = Literal["robust", "literal", "double"]
+PRECISIONS: dict[Precision, Real] = {
+    "robust": np.float32,
+    "literal": np.float32,
+    "double": np.float64,
+}
 LANES = (1, 2, 4, 8, 16)
-KERNELS = ("lanes", "sphere", "shading", "camera", "film", "render")
+KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
 
-# One work-group is this many neighbouring pixels of a row, whatever their lanes: PoCL compiles a
-# kernel again for each size of a work-group.
-GROUP = 128
+# The kernel's option for each kind of film; the last are paths.
+FILMS: dict[np.dtype[Any], list[str]] = {
+    np.dtype(np.float32): [],
+    np.dtype(np.uint8): ["-DFILM_BYTES"],
+    np.dtype(np.uint32): ["-DFILM_PATHS"],
+}
+
+# The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
+# there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
+GROUP = 64
 # Rows are rendered in bands of about this many pixels, two of them under way at a time: small
 # enough for a progress bar, large enough to cost nothing (README, "How fast?").
 BAND = 1 << 20
@@ -34,7 +45,8 @@ class Renderer:
     """Renders scenes on one device, keeping what was compiled.
 
     Args:
-        precision: "robust" (float32, the split formula) or "double" (float64).
+        precision: "robust" (float32, the split formula), "literal" (float32, the paper's formula
+            as it stands) or "double" (float64).
         lanes: pixels that a work-item traces in lock step, one of LANES; default: the device's
             native vector width.
         device: part of a device's or platform's name; default: the first CPU.
@@ -112,19 +124,32 @@ class Renderer:
         Returns:
             (height, width, 3) of dtype.
         """
+        return self._film(scene, (height, width, 3), np.dtype(dtype), progress)
+
+    def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
+        """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
+        return self._film(scene, (height, width), np.dtype(np.uint32), None)
+
+    def _film(
+        self,
+        scene: Scene,
+        shape: tuple[int, ...],
+        dtype: np.dtype[Any],
+        progress: Callable[[int], object] | None,
+    ) -> NDArray[Any]:
         import pyopencl as cl
 
+        height, width = shape[:2]
         if width < 1 or height < 1:
             raise RequestError(f"size: expected at least 1x1 pixels, got {width}x{height}")
         kernel = self.prepare(scene, dtype)
-        film = np.empty((height, width, 3), dtype)
-        packed = pack(scene, self.real)
-        camera = self._upload(pack_camera(scene, width, height, self.real))
-        spheres, materials, lights = map(
-            self._upload, (packed.spheres, packed.materials, packed.lights)
+        film = np.empty(shape, dtype)
+        packed = pack(scene, width, height, self.real, self.precision == "literal")
+        camera, spheres, materials, lights, shades = map(
+            self._upload,
+            (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades),
         )
-        group = max(GROUP // self.lanes, 1)
-        groups = -(-width // (group * self.lanes))
+        items = -(-width // (GROUP * self.lanes)) * GROUP
         rows = max(BAND // width, 1)
         self.kernel_seconds = 0.0
         under_way: deque[tuple[cl.Event, cl.Buffer, NDArray[Any]]] = deque()
@@ -155,12 +180,14 @@ class Renderer:
                     camera,
                     np.int32(len(packed.spheres)),
                     spheres,
+                    np.int32(len(packed.materials)),
                     materials,
                     np.int32(len(packed.lights)),
                     lights,
+                    shades,
                 )
                 event = cl.enqueue_nd_range_kernel(
-                    self._queue, kernel, (groups * group, len(band)), (group, 1)
+                    self._queue, kernel, (items, len(band)), (GROUP, 1)
                 )
                 under_way.append((event, buffer, band))
                 if len(under_way) == 2:
@@ -184,9 +211,9 @@ class Renderer:
         import pyopencl as cl
 
         dtype = np.dtype(dtype)
-        if dtype not in (np.float32, np.uint8):
+        if dtype not in FILMS:
             raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
-        options = ("-DREFLECTION",) * scene.reflects + ("-DFILM_BYTES",) * (dtype == np.uint8)
+        options = (*FILMS[dtype], *["-DREFLECTION"] * scene.reflects)
         if options not in self._kernels:
             program = cl.Program(self._context, kernel_source())
             try:
@@ -201,7 +228,8 @@ class Renderer:
     def build_options(self, *options: str) -> list[str]:
         """The compiler options of this renderer's programs."""
         double = ["-DDOUBLE"] * (self.real is np.float64)
-        return [f"-DLANES={self.lanes}", *double, *options]
+        literal = ["-DLITERAL"] * (self.precision == "literal")
+        return [f"-DLANES={self.lanes}", *double, *literal, *options]
 
 
 def kernel_source() -> str:

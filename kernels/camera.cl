@@ -1,21 +1,62 @@
-// Camera: the ray through a pixel.
+// Camera: the ray through a pixel, and what it meets first.
 //
 // Camera space: the origin is the camera, x points right, y up and -z ahead; lengths are the
 // world's. The host moves and turns the scene into it in float64, so that float32 rounds distances
 // from the camera and not from the world's origin.
 
-// 16 bytes as float32, 24 as float64. The screen stands one unit ahead.
+// 28 bytes as float32, 48 as float64. The screen stands one unit ahead.
 typedef struct {
-    real step[2];  // half the distance of two neighbouring pixels of a row, of a column
-    int last[2];   // width - 1, height - 1, but at least 1
+    real step[2];    // half the distance of two neighbouring pixels of a row, of a column
+    real origin[3];  // LITERAL: where the camera stands, for there the scene is only turned; else 0
+    int last[2];     // width - 1, height - 1, but at least 1
 } Camera;
+
+// A packet of camera rays: through (x, y, -1), x of each lane.
+typedef struct {
+    reals x;
+    real y, left, right;  // of the first and the last lane
+} Pixels;
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
 // (paper, section 11.1). 2 j - last is exact, so x and y are off by 2^-24 of themselves and the
 // picture is symmetric to the last bit; linspace of one number is its start, here as well.
-static Ray camera_ray(__global const Camera *camera, int column, int row) {
-    reals x = TO_REALS(2 * (LANE + column) - camera->last[0]) * camera->step[0];
-    reals y = (reals)((real)(camera->last[1] - 2 * row) * camera->step[1]);
-    Ray ray = {vector(0, 0, 0), unit(vector(x, y, -1)), -1};
-    return ray;
+static Pixels pixels_at(__global const Camera *camera, int column, int row) {
+    int first = 2 * column - camera->last[0];
+    Pixels at;
+    at.x = TO_REALS(2 * LANE + (ints)(first)) * camera->step[0];
+    at.y = (camera->last[1] - 2 * row) * camera->step[1];
+    at.left = first * camera->step[0];
+    at.right = (first + 2 * (LANES - 1)) * camera->step[0];
+    return at;
+}
+
+// nearest() for rays from the camera. Their common origin is 0, so the direction D = (x, y, -1)
+// need not be of unit length: with a = |D|^2 and b = D.C the roots are those of
+// a t^2 - 2 b t + camera_c = 0, and b^2 - a camera_c = a r^2 - |D x C|^2 (Lagrange's identity),
+// whose right side is Haines' form again. Spheres that cannot show in this packet are passed over.
+static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int sphere_count) {
+    Hit hit = no_hit();
+    for (int s = 0; s < sphere_count; s++) {
+        __global const Sphere *sphere = spheres + s;
+        // The camera is not inside it, and it can show.
+        if (!((sphere->camera_c > 0) & (at.right >= sphere->view[0]) & (at.left <= sphere->view[1]) &
+              (at.y >= sphere->view[2]) & (at.y <= sphere->view[3])))
+            continue;
+        real x = sphere->anchor[0], y = sphere->anchor[1], z = sphere->anchor[2];
+        reals b, delta;
+        if (sphere->giant) {
+            x -= sphere->offset[0], y -= sphere->offset[1], z -= sphere->offset[2];
+            b = at.x * x + (at.y * y - z);
+            delta = b * b - a * sphere->camera_c;
+        } else {
+            b = at.x * x + (at.y * y - z);
+            Vector l = vector(at.y * z + y, at.x * z + x, at.x * y - at.y * x);
+            delta = -sphere->c0 * a - dot3(l, l);
+        }
+        ints candidates = (delta > 0) & (b > 0);
+        if (ANY(candidates)) {
+            hit = closer(hit, candidates, sphere->camera_c / (b + sqrt(delta)), s);
+        }
+    }
+    return hit;
 }

@@ -1,44 +1,116 @@
-// Film: pixels as they leave the kernel, rows of interleaved RGB.
+// Film: pixels as they leave the kernel, in rows.
 //
-// The host defines FILM_BYTES for 8-bit pixels; else they are float32, linear and not clipped.
+// The host defines FILM_BYTES for interleaved 8-bit RGB, or FILM_PATHS for a hash of each pixel's
+// path; else pixels are interleaved float32 RGB, linear and not clipped.
+//
+// To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory by
+// swizzles: which pixel each element of the three vectors of a packet belongs to (THIRDS), and which
+// two pixels share each 32-bit word of its 3 * LANES bytes (LOW, HIGH).
 
-#ifdef FILM_BYTES
-typedef uchar channel;
-// round(255 clip(c)), ties to even: adding 1.5 * 2^23 leaves the rounded integer in the low bits.
-static void develop(reals c, channel *to) {
-    __private float each[LANES];
-    __private real exact[LANES];
-    c = PICK(c > 0, c, 0);
-    c = PICK(c < 1, c, 1);
-    STORE(c, exact);
-    for (int i = 0; i < LANES; i++) each[i] = (float)exact[i] * 255.0f + 12582912.0f;
-    for (int i = 0; i < LANES; i++) to[i] = (channel)as_uint(each[i]);
-}
-#else
-typedef float channel;
-static void develop(reals c, channel *to) {
-    __private real exact[LANES];
-    STORE(c, exact);
-    for (int i = 0; i < LANES; i++) to[i] = (channel)exact[i];
-}
+#if LANES == 2
+#define THIRDS(take) {take(0, s00), take(1, s01), take(2, s11)}
+#define LOW s01
+#define HIGH s11
+#elif LANES == 4
+#define THIRDS(take) {take(0, s0001), take(1, s1122), take(2, s2333)}
+#define LOW s0120
+#define HIGH s1230
+#define HALF uint2
+#define QUARTER uint
+#elif LANES == 8
+#define THIRDS(take) {take(0, s00011122), take(1, s23334445), take(2, s55666777)}
+#define LOW s01245600
+#define HIGH s12356700
+#define HALF uint4
+#define QUARTER uint2
+#elif LANES == 16
+#define THIRDS(take) \
+    {take(0, s0001112223334445), take(1, s55666777888999aa), take(2, sabbbcccdddeeefff)}
+#define LOW s01245689acde0000
+#define HIGH s1235679abdef0000
+#define HALF uint8
+#define QUARTER uint4
 #endif
 
-// Stores the first `count` lanes. The loops of constant length become a few shuffles.
-static void expose(Vector color, __global channel *pixels, int count) {
-    __private channel r[LANES], g[LANES], b[LANES];
-    develop(color.x, r);
-    develop(color.y, g);
-    develop(color.z, b);
-    if (count >= LANES)
-        for (int i = 0; i < LANES; i++) {
-            pixels[3 * i] = r[i];
-            pixels[3 * i + 1] = g[i];
-            pixels[3 * i + 2] = b[i];
-        }
-    else
-        for (int i = 0; i < count; i++) {
-            pixels[3 * i] = r[i];
-            pixels[3 * i + 1] = g[i];
-            pixels[3 * i + 2] = b[i];
-        }
+#if defined(FILM_PATHS)
+
+typedef uint channel;
+#define CHANNELS 1
+
+static void expose(Vector color, ints path, __global channel *pixels, int count) {
+    __private ints all[1] = {path};
+    __private const INTEGER *each = (__private const INTEGER *)all;
+    for (int i = 0; i < LANES && i < count; i++) pixels[i] = (uint)each[i];
 }
+
+#elif defined(FILM_BYTES)
+
+typedef uchar channel;
+#define CHANNELS 3
+
+// round(255 clip(c)), ties to even. Adding 1.5 * 2^23 (2^52) rounds to an integer, in the low bits.
+static ints developed(reals c) {
+    c = PICK(c > 0, c, 0);
+    c = PICK(c < 1, c, 1);
+#ifdef DOUBLE
+    return AS_INTS(c * 255 + 6755399441055744.0) & 255;
+#else
+    return AS_INTS(c * 255 + 12582912.0f) & 255;
+#endif
+}
+
+static void expose(Vector color, ints path, __global channel *pixels, int count) {
+    LANES_OF(uint) rgb = JOIN(convert_, LANES_OF(uint))(
+        developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16);
+#if LANES > 1
+    // Four words 0bgr make three without the gaps.
+    LANES_OF(uint) part = JOIN(convert_, LANES_OF(uint))(LANE % 3 * 8);
+    rgb = rgb.LOW >> part | rgb.HIGH << (24 - part);
+#endif
+#if LANES > 2
+    if (count >= LANES) {
+        // Pixels begin at any byte.
+        typedef HALF loose_half __attribute__((aligned(1)));
+        typedef QUARTER loose_quarter __attribute__((aligned(1)));
+        *(__global loose_half *)pixels = rgb.lo;
+        *(__global loose_quarter *)(pixels + 2 * LANES) = rgb.hi.lo;
+        return;
+    }
+#endif
+    __private LANES_OF(uint) all[1] = {rgb};
+    __private const uchar *each = (__private const uchar *)all;
+    for (int i = 0; i < 3 * LANES && i < 3 * count; i++) pixels[i] = each[i];
+}
+
+#else
+
+typedef float channel;
+#define CHANNELS 3
+
+static void expose(Vector color, ints path, __global channel *pixels, int count) {
+    LANES_OF(float) r = JOIN(convert_, LANES_OF(float))(color.x);
+    LANES_OF(float) g = JOIN(convert_, LANES_OF(float))(color.y);
+    LANES_OF(float) b = JOIN(convert_, LANES_OF(float))(color.z);
+#if LANES == 1
+    pixels[0] = r;
+    pixels[1] = g;
+    pixels[2] = b;
+#else
+    // Element i of the packet's 3 * LANES is channel i % 3 of pixel i / 3.
+    LANES_OF(int) lane = JOIN(convert_, LANES_OF(int))(LANE);
+#define TAKE(k, pixel)                                \
+    ((lane + k * LANES) % 3 == 0   ? r.pixel          \
+     : (lane + k * LANES) % 3 == 1 ? g.pixel          \
+                                   : b.pixel)
+    __private const LANES_OF(float) thirds[3] = THIRDS(TAKE);
+    if (count >= LANES) {
+        typedef LANES_OF(float) loose __attribute__((aligned(4)));
+        for (int k = 0; k < 3; k++) ((__global loose *)pixels)[k] = thirds[k];
+        return;
+    }
+    __private const float *each = (__private const float *)thirds;
+    for (int i = 0; i < 3 * count; i++) pixels[i] = each[i];
+#endif
+}
+
+#endif

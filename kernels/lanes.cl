@@ -6,7 +6,7 @@
 //
 //   real    one number                   float            (DOUBLE: double)
 //   reals   one number a lane            float, float16   (DOUBLE: double, double16)
-//   ints    one integer or mask a lane   int, int16       (DOUBLE: int, long16)
+//   ints    one integer or mask a lane   int, int16       (DOUBLE: long, long16)
 //
 // A mask is what a comparison gives: false is 0; true is 1 in a scalar and -1 in a vector. So masks
 // are only joined by &, | and !, and read by PICK and ANY. Never multiply by one: the lanes that a
@@ -22,29 +22,22 @@
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
 #define REAL(literal) literal
+#define FLOATING double
+#define INTEGER long
 #else
 typedef float real;
 #define REAL(literal) JOIN(literal, f)
+#define FLOATING float
+#define INTEGER int
 #endif
 
 #if LANES == 1
-typedef real reals;
-typedef int ints;
-#define LANE ((ints)(0))
-#define TO_REALS(n) ((reals)(n))
+#define LANES_OF(type) type
+#define LANE 0
 #define ANY(mask) (mask)
-#define LEAST(n) (n)
-#define STORE(v, to) (*(to) = (v))
+#define GREATEST(n) (n)
 #else
-#ifdef DOUBLE
-typedef JOIN(double, LANES) reals;
-typedef JOIN(long, LANES) ints;
-#define TO_REALS(n) JOIN(convert_double, LANES)(n)
-#else
-typedef JOIN(float, LANES) reals;
-typedef JOIN(int, LANES) ints;
-#define TO_REALS(n) JOIN(convert_float, LANES)(n)
-#endif
+#define LANES_OF(type) JOIN(type, LANES)
 #if LANES == 2
 #define LANE ((ints)(0, 1))
 #elif LANES == 4
@@ -54,27 +47,46 @@ typedef JOIN(int, LANES) ints;
 #else
 #define LANE ((ints)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
-#define STORE(v, to) JOIN(vstore, LANES)(v, 0, to)
-#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_min)
+#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_max)
 // PoCL's any() is a call that spills every vector register; these become a few instructions.
 #define ANY(mask) (__builtin_reduce_or(mask) != 0)
-#define LEAST(n) ((int)__builtin_reduce_min(n))
+#define GREATEST(n) ((int)__builtin_reduce_max(n))
 #else
 #define ANY(mask) any(mask)
-static int least(ints n) {
-    __private int each[LANES];
-    STORE(JOIN(convert_int, LANES)(n), each);
-    int found = each[0];
-    for (int i = 1; i < LANES; i++) found = min(found, each[i]);
-    return found;
-}
-#define LEAST(n) least(n)
+#define GREATEST(n) greatest(n)
 #endif
 #endif
+
+typedef LANES_OF(FLOATING) reals;
+typedef LANES_OF(INTEGER) ints;
+#define AS_REALS(n) JOIN(as_, LANES_OF(FLOATING))(n)
+#define AS_INTS(v) JOIN(as_, LANES_OF(INTEGER))(v)
+#define TO_REALS(n) JOIN(convert_, LANES_OF(FLOATING))(n)
 
 // `?:` compiles to better code than select() on PoCL, and means the same for scalars and vectors.
 #define PICK(mask, yes, no) ((mask) ? (reals)(yes) : (reals)(no))
 #define PICK_INT(mask, yes, no) ((mask) ? (ints)(yes) : (ints)(no))
+
+#if LANES > 1 && !__has_builtin(__builtin_reduce_max)
+static int greatest(ints n) {
+    __private ints all[1] = {n};
+    __private const INTEGER *each = (__private const INTEGER *)all;
+    INTEGER found = each[0];
+    for (int i = 1; i < LANES; i++) found = max(found, each[i]);
+    return (int)found;
+}
+#endif
+
+// 1 / sqrt(a). The plain way is off by 1 unit in the last place, and by far the slowest operation
+// of the kernel; AVX-512's estimate (14 bits) with a step of Newton's is off by 2.
+static reals inverse_sqrt(reals a) {
+#if LANES == 16 && !defined(DOUBLE) && __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
+    reals r = __builtin_ia32_rsqrt14ps512_mask(a, (reals)(0), (ushort)-1);
+    return r * (1.5f - (0.5f * a * r) * r);
+#else
+    return 1 / sqrt(a);
+#endif
+}
 
 typedef struct {
     reals x, y, z;
@@ -102,9 +114,8 @@ static Vector along(Vector a, reals s, Vector b) {
     return vector(s * b.x + a.x, s * b.y + a.y, s * b.z + a.z);
 }
 
-// The square root and the divide are correctly rounded on PoCL: 1 ulp together. A zero vector
-// becomes NaN, which every later comparison rules out.
-static Vector unit(Vector a) { return scaled(a, 1 / sqrt(dot3(a, a))); }
+// A zero vector becomes NaN, which every later comparison rules out.
+static Vector unit(Vector a) { return scaled(a, inverse_sqrt(dot3(a, a))); }
 
 static Vector pick3(ints mask, Vector yes, Vector no) {
     return vector(PICK(mask, yes.x, no.x), PICK(mask, yes.y, no.y), PICK(mask, yes.z, no.z));

@@ -3,77 +3,98 @@
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
 // max_depth is more than 1. Everything else about a scene is run-time data.
 
-// Runs its body once for each sphere that a lane of `mask` has hit: `s` is its index, a scalar, so
-// that what the body reads of it is one load for all lanes; `mine` are the lanes that hit it.
-#define FOR_EACH_HIT(s, mine, mask, hit)                                                          \
-    for (ints mine, s##_left = PICK_INT(mask, hit, INT_MAX);                                      \
-         s = LEAST(s##_left), mine = s##_left == s, s != INT_MAX;                                 \
-         s##_left = PICK_INT(mine, INT_MAX, s##_left))
+// Most packets hit one sphere only, `first`: what the lanes need of it is loaded once for all of
+// them. This runs its body for each other sphere that a lane has hit, with its index in `s`, a
+// scalar, and with the lanes that hit it in `mine`. hit: indices, -1 in lanes that do not count.
+#define FOR_OTHER_HITS(s, mine, hit, first)                                                       \
+    for (ints mine, rest_ = PICK_INT(hit == first, -1, hit);                                      \
+         ANY(rest_ >= 0) && (s = GREATEST(rest_), mine = rest_ == s, true);                       \
+         rest_ = PICK_INT(mine, -1, rest_))
 
-// film: this band of rows, width * 3 channels each. Global size: (packets of a row, rows).
+// FNV's prime: paths are hashed here as in clrt/reference.py.
+#define HASHED(mask, path, value) PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
+
+// film: this band of rows, width * CHANNELS each. Global size: (packets of a row, rows).
 __kernel void render(__global channel *film, int width, int first_row, int max_depth,
                      real shadow_bias, __global const Camera *camera, int sphere_count,
-                     __global const Sphere *spheres, __global const Material *materials,
-                     int light_count, __global const Light *lights) {
+                     __global const Sphere *spheres, int material_count,
+                     __global const Material *materials, int light_count,
+                     __global const Light *lights, __global const Shade *shades) {
     int column = get_global_id(0) * LANES, row = get_global_id(1), s;
     if (column >= width) return;
 
-    Ray ray = camera_ray(camera, column, first_row + row);
+    Pixels at = pixels_at(camera, column, first_row + row);
+    reals length2 = at.x * at.x + (at.y * at.y + 1);
+    reals inv_length = inverse_sqrt(length2);
+    Vector through = vector(at.x, at.y, -1);
+    Vector to_camera = scaled(through, -inv_length);
+#ifdef LITERAL
+    Vector origin = splat(camera->origin);
+    Ray ray = {origin, scaled(to_camera, -1), -1, -1};
+    Hit hit = nearest(ray, spheres, sphere_count);
+    Vector point = along(origin, hit.distance, ray.direction);
+#else
+    Vector origin = vector(0, 0, 0);
+    Ray ray = {origin, scaled(to_camera, -1), -1, -1};
+    Hit hit = visible(at, length2, spheres, sphere_count);
+    Vector point = scaled(through, hit.distance);
+#endif
+
     Vector color = vector(0, 0, 0);
     reals weight = 1;  // the product of the reflections so far
-    reals distance;
-    ints hit = nearest(ray, spheres, sphere_count, &distance);
-    ints alive = hit >= 0;  // the lanes whose path goes on
-    for (int depth = 1; ANY(alive); depth++) {
-        Vector point = along(ray.origin, distance, ray.direction);
-        Vector normal = point;
-        reals horizon = 0, exponent = 0, reflection = 0;
-        FOR_EACH_HIT(s, mine, alive, hit) {
-            __global const Sphere *sphere = spheres + s;
-            __global const Material *material = materials + sphere->material;
-            // Not point - centre: that of a giant is far, its anchor is near.
-            Vector n = plus(minus(point, splat(sphere->anchor)), splat(sphere->offset));
-            normal = pick3(mine, n, normal);
-            horizon = PICK(mine, sphere->horizon, horizon);
-            exponent = PICK(mine, material->exponent, exponent);
-            reflection = PICK(mine, material->reflection, reflection);
+    ints path = 0;
+    for (int depth = 1; ANY(hit.sphere >= 0); depth++) {
+        int first = hit.some;
+        Surface surface = surface_at(point, spheres + first, materials);
+        ray.leaves = hit.sphere;
+        ray.all_leave = first;
+        FOR_OTHER_HITS(s, mine, hit.sphere, first) {
+            surface = pick_surface(mine, surface_at(point, spheres + s, materials), surface);
+            ray.all_leave = -1;
         }
-        normal = unit(normal);
-        Vector to_camera = unit(scaled(point, -1));
-        point = along(point, shadow_bias, normal);
+        Vector normal = surface.normal;
+        ray.origin = along(point, shadow_bias, normal);
+#ifdef FILM_PATHS
+        path = HASHED(hit.sphere >= 0, path, hit.sphere + 1);
+#endif
 
         ints reached = 0;  // the lanes that some light reaches
         for (int k = 0; k < light_count; k++) {
-            Vector to_light = minus(splat(lights[k].position), point);
-            reals light_distance = sqrt(dot3(to_light, to_light));
-            to_light = scaled(to_light, 1 / light_distance);
+            Vector to_light = minus(splat(lights[k].position), ray.origin);
+            reals distance2 = dot3(to_light, to_light);
+            reals inv_distance = inverse_sqrt(distance2);
+            to_light = scaled(to_light, inv_distance);
             reals diffuse = dot3(normal, to_light);
-            ints lit = alive & (diffuse >= horizon);
-            Ray shadow = {point, to_light, hit};
-            lit &= !occluded(shadow, light_distance, spheres, sphere_count);
+            Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
+            ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon) &
+                       !occluded(shadow, distance2 * inv_distance, spheres, sphere_count);
+#ifdef FILM_PATHS
+            path = HASHED(hit.sphere >= 0, path, PICK_INT(lit, 1, 0));
+#endif
             if (!ANY(lit)) continue;
             reached |= lit;
-            reals specular = highlight(normal, unit(plus(to_light, to_camera)), exponent);
-            FOR_EACH_HIT(s, mine, lit, hit) {
-                __global const Material *material = materials + spheres[s].material;
-                Vector i = vector(blinn_phong(material, lights + k, 0, diffuse, specular),
-                                  blinn_phong(material, lights + k, 1, diffuse, specular),
-                                  blinn_phong(material, lights + k, 2, diffuse, specular));
-                color = pick3(mine, along(color, weight, i), color);
+            reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
+            __global const Shade *shade = shades + k * material_count;
+            Vector light = blinn_phong(shade + spheres[first].material, diffuse, specular);
+            ints lit_sphere = PICK_INT(lit, hit.sphere, -1);
+            FOR_OTHER_HITS(s, mine, lit_sphere, first) {
+                light = pick3(mine, blinn_phong(shade + spheres[s].material, diffuse, specular),
+                              light);
             }
+            color = pick3(lit, along(color, weight, light), color);
         }
 #ifdef REFLECTION
-        weight *= reflection;
-        alive = reached & (weight > 0);
+        weight *= surface.reflection;
+        ints alive = reached & (weight > 0);
         if (depth == max_depth || !ANY(alive)) break;
         ray.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
-        ray.origin = point;
-        ray.leaves = hit;
-        hit = nearest(ray, spheres, sphere_count, &distance);
-        alive &= hit >= 0;
+        hit = nearest(ray, spheres, sphere_count);
+        hit.sphere = PICK_INT(alive, hit.sphere, -1);
+        point = along(ray.origin, hit.distance, ray.direction);
+        to_camera = unit(minus(origin, point));
 #else
         break;
 #endif
     }
-    expose(color, film + 3 * ((size_t)row * width + column), width - column);
+    expose(color, path, film + CHANNELS * ((size_t)row * width + column), width - column);
 }

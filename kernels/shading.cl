@@ -1,35 +1,100 @@
-// Shading: the Blinn-Phong terms (paper, section 11.8).
+// Shading: what a surface is like at a hit, and the Blinn-Phong terms (paper, section 11.8).
 
-// 44 bytes as float32, 88 as float64. Linear RGB.
+// 8 bytes as float32, 16 as float64.
 typedef struct {
-    real ambient[3];
-    real diffuse[3];
-    real specular[3];
     real exponent;    // shininess / 4
     real reflection;  // in [0, 1]
 } Material;
 
-// 48 bytes as float32, 96 as float64. A point light.
+// 12 bytes as float32, 24 as float64. A point light.
 typedef struct {
     real position[3];  // camera space
-    real ambient[3];   // linear RGB
-    real diffuse[3];
-    real specular[3];
 } Light;
 
-// max(N.H, 0)^exponent of unit N and H. The rounding of N.H, not pow, spoils large exponents: at
-// 25 / 2500 / 250000 pow(N.H) is off by 3e-6 / 3e-4 / 4e-2. |N - H|^2 / 2 = 1 - N.H keeps the digits
-// that matter near the highlight: 2e-7 / 2e-6 / 3e-5. Where H is undefined (L = -V) the comparison
-// with NaN fails and N.H counts as 0.
-static reals highlight(Vector normal, Vector half_way, reals exponent) {
-    Vector apart = minus(normal, half_way);
-    reals q = REAL(0.5) * dot3(apart, apart);
-    return PICK(q < 1, exp(exponent * log1p(-q)), PICK(exponent == 0, 1, 0));
+// 36 bytes as float32, 72 as float64. What a material makes of a light, linear RGB: the products of
+// their colours. One of each pair, index light * materials + material.
+typedef struct {
+    real ambient[3];
+    real diffuse[3];
+    real specular[3];
+} Shade;
+
+typedef struct {
+    Vector normal;  // unit length
+    reals horizon;  // as in Sphere
+    reals exponent;
+    reals reflection;
+} Surface;
+
+static Surface surface_at(Vector point, __global const Sphere *sphere,
+                          __global const Material *materials) {
+    __global const Material *material = materials + sphere->material;
+    // Not point - centre: that of a giant is far, its anchor is near. The length is off by what the
+    // point is, 2^-24 |point| / radius, as is the direction.
+    Vector from_center = plus(minus(point, splat(sphere->anchor)), splat(sphere->offset));
+    Surface surface = {scaled(from_center, sphere->inv_radius), sphere->horizon, material->exponent,
+                       material->reflection};
+    return surface;
 }
 
-static reals blinn_phong(__global const Material *material, __global const Light *light, int rgb,
-                         reals diffuse, reals specular) {
-    return material->ambient[rgb] * light->ambient[rgb] +
-           material->diffuse[rgb] * light->diffuse[rgb] * diffuse +
-           material->specular[rgb] * light->specular[rgb] * specular;
+static Surface pick_surface(ints mask, Surface yes, Surface no) {
+    Surface surface = {pick3(mask, yes.normal, no.normal), PICK(mask, yes.horizon, no.horizon),
+                       PICK(mask, yes.exponent, no.exponent),
+                       PICK(mask, yes.reflection, no.reflection)};
+    return surface;
+}
+
+// cosine^exponent, from cosine^2 and sine^2: near 1 the sine has the digits that the cosine lost.
+#ifdef DOUBLE
+static reals power(reals cosine2, reals sine2, reals exponent) {
+    reals log_cosine2 = PICK(sine2 < 0.5, log1p(-sine2), log(cosine2));
+    return exp(0.5 * exponent * log_cosine2);
+}
+#else
+// As 2^(exponent log2(cosine)). The polynomials are minimax fits, off by 2^-25 of log2 and by 2^-29
+// of 2^g. PoCL's own exp and log1p take thrice as long.
+static reals power(reals cosine2, reals sine2, reals exponent) {
+    // cosine2 = (1 + f) 2^k with 1 + f in [2/3, 4/3)
+    ints bits = AS_INTS(cosine2);
+    ints k = (bits - AS_INTS((reals)(2.0f / 3))) >> 23;
+    reals f = PICK(k == 0, -sine2, AS_REALS(bits - (k << 23)) - 1);
+    reals f2 = f * f, f4 = f2 * f2;
+    reals log2_per_f = (1.4426950216f - 0.7213465571f * f) +
+                       f2 * (0.4808959663f - 0.3607895672f * f) +
+                       f4 * ((0.2887113392f - 0.2367864996f * f) +
+                             f2 * (0.2017991394f - 0.2222212703f * f) + f4 * 0.2027868629f);
+    reals y = 0.5f * exponent * (TO_REALS(k) + f * log2_per_f);
+    y = PICK(y > -126, y, -126);  // below is 0 anyway
+    // Adding 1.5 * 2^23 rounds y to an integer, in the low bits.
+    reals n = y + 12582912.0f;
+    reals g = y - (n - 12582912.0f);
+    reals g2 = g * g;
+    reals exp2_g = (1.0f + 0.6931471825f * g) +
+                   g2 * ((0.2402264625f + 0.0555032864f * g) +
+                         g2 * ((0.0096184891f + 0.0013399931f * g) + g2 * 0.0001534581f));
+    return AS_REALS(AS_INTS(exp2_g) + (AS_INTS(n) << 23));
+}
+#endif
+
+// max(N.H, 0)^exponent with H = h / |h|. The rounding of N.H would spoil large exponents: at
+// 25 / 2500 / 250000 pow(N.H) is off by 3e-6 / 3e-4 / 4e-2. The part of h at right angles to N
+// gives the sine of their angle, with which it is 2e-7 / 2e-6 / 3e-5. If h = 0, H is undefined and
+// N.H counts as 0.
+static reals highlight(Vector normal, Vector h, reals exponent) {
+    reals along_normal = dot3(normal, h);
+    reals inv_length = inverse_sqrt(dot3(h, h));
+    reals cosine = along_normal * inv_length;
+#ifdef LITERAL
+    reals value = pow(cosine, exponent);
+#else
+    Vector aside = along(h, -along_normal, normal);
+    reals sine2 = dot3(aside, aside) * (inv_length * inv_length);
+    reals value = power(cosine * cosine, sine2, exponent);
+#endif
+    return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
+}
+
+static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals specular) {
+    return along(along(splat(shade->ambient), diffuse, splat(shade->diffuse)), specular,
+                 splat(shade->specular));
 }

@@ -13,6 +13,7 @@ STRUCTS = {
     "Sphere": pack.sphere_dtype,
     "Material": pack.material_dtype,
     "Light": pack.light_dtype,
+    "Shade": pack.shade_dtype,
 }
 
 
@@ -48,7 +49,7 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
 
 
 def test_only_the_plane_is_a_giant() -> None:
-    packed = pack.pack(clrt.load_scene("four-spheres"), np.float32)
+    packed = pack.pack(clrt.load_scene("four-spheres"), 64, 36, np.float32)
     assert packed.spheres["giant"].tolist() == [0, 0, 0, 1]
     plane = packed.spheres[3]
     # The plane's top is 0.7 under the camera's height, which stands 1 beside its axis.
@@ -70,8 +71,46 @@ def test_a_giants_surface_is_where_it_was(radius: float) -> None:
 
 def test_materials_are_stored_once() -> None:
     scene = clrt.load_scene("sunflower")
-    packed = pack.pack(scene, np.float32)
+    packed = pack.pack(scene, 64, 36, np.float32)
+    assert packed.shades.shape == (len(scene.lights), len(scene.materials))
     assert len(packed.materials) == len(scene.materials) < len(packed.spheres)
     names = list(scene.materials)
     for packed_sphere, sphere in zip(packed.spheres, scene.spheres, strict=True):
         assert names[packed_sphere["material"]] == sphere.material
+
+
+def test_shades_are_products_of_material_and_light() -> None:
+    scene = clrt.load_scene("sunflower")
+    packed = pack.pack(scene, 64, 36, np.float64)
+    gold = list(scene.materials).index("gold")
+    expected = np.array(scene.materials["gold"].diffuse) * scene.lights[1].diffuse
+    assert (packed.shades[1, gold]["diffuse"] == expected).all()
+
+
+def test_view_holds_what_a_sphere_shows_of_itself() -> None:
+    """Directions to random points of random spheres, ahead of the camera, lie in their views."""
+    random = np.random.default_rng(5)
+    center = random.normal(0, 3, (2000, 3))
+    radius = random.uniform(0.01, 4, 2000)
+    view = pack._view(center, radius)
+    direction = random.normal(0, 1, (200, 2000, 3))
+    direction /= np.linalg.norm(direction, axis=2, keepdims=True)
+    point = center + radius[:, np.newaxis] * direction
+    ahead = point[..., 2] < 0
+    for axis in (0, 1):
+        at = point[..., axis] / -point[..., 2]
+        inside = (at >= view[:, 2 * axis]) & (at <= view[:, 2 * axis + 1])
+        assert inside[ahead].all()
+    assert np.isfinite(view).any(axis=1).mean() > 0.3  # it does narrow things down
+
+
+@pytest.mark.parametrize("center", [(0.1, 0.2, 5.0), (-3.0, 0.0, 5.0), (0.0, -4.0, 4.5)])
+def test_nothing_behind_the_camera_is_in_view(center: tuple[float, float, float]) -> None:
+    left, right, bottom, top = pack._view(np.array([center]), np.array([1.0]))[0]
+    assert left == np.inf or right == -np.inf or bottom == np.inf or top == -np.inf
+
+
+def test_a_sphere_around_the_camera_is_in_view_everywhere() -> None:
+    for center in ((0.0, 0.0, 0.0), (-1.0, 0.5, 1.0), (1.0, -2.0, -1.0)):
+        view = pack._view(np.array([center]), np.array([3.0]))[0]
+        assert view.tolist() == [-np.inf, np.inf, -np.inf, np.inf]

@@ -47,6 +47,14 @@ def test_robust_against_truth(renderer: Renderer, truths, name, size, truth) -> 
 
 
 @pytest.mark.parametrize("truth", ["seed", "exact"])
+def test_paths_are_those_of_the_truth(renderer: Renderer, truths, truth) -> None:
+    scene, trace = truths["four-spheres", SIZES[0], truth]
+    flips = renderer.paths(scene, *SIZES[0]) != trace.paths
+    assert flips.sum() <= 1
+    assert len(np.unique(trace.paths)) > 20
+
+
+@pytest.mark.parametrize("truth", ["seed", "exact"])
 @pytest.mark.parametrize("name", clrt.builtin_scenes())
 def test_double_against_truth(double_renderer: Renderer, truths, name, truth) -> None:
     scene, trace = truths[name, SIZES[0], truth]
@@ -61,7 +69,7 @@ def test_8_bit_is_the_film_rounded(renderer: Renderer, name) -> None:
     film = renderer.render(scene, 101, 67)
     image = renderer.render(scene, 101, 67, dtype=np.uint8)
     assert image.dtype == np.uint8
-    assert (image == np.rint(np.float32(255) * np.clip(film, 0, 1))).all()
+    assert (image == np.rint(255 * np.clip(film.astype(np.float64), 0, 1))).all()
 
 
 def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
