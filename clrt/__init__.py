@@ -4,16 +4,25 @@
 >>> image = clrt.render(clrt.load_scene("four-spheres"), width=1920, height=1080)
 """
 
-from typing import Any
+import importlib
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    from clrt import reference
+    from clrt.errors import ClrtError, DeviceError, OutputError, RequestError, SceneError
+    from clrt.renderer import Renderer, render
+    from clrt.scene import Camera, Light, Material, Scene, Sphere
+    from clrt.scenefile import builtin_scenes, load_scene
 
-from clrt import reference
-from clrt.errors import ClrtError, DeviceError, OutputError, RequestError, SceneError
-from clrt.renderer import Renderer
-from clrt.scene import Camera, Light, Material, Scene, Sphere
-from clrt.scenefile import builtin_scenes, load_scene
+# Where each public name comes from. It is imported when it is first used, for the command line
+# needs little of it, and to import all takes as long as to render a 4K picture.
+_HOMES = {
+    "clrt.errors": ("ClrtError", "DeviceError", "OutputError", "RequestError", "SceneError"),
+    "clrt.reference": ("reference",),
+    "clrt.renderer": ("Renderer", "render"),
+    "clrt.scene": ("Camera", "Light", "Material", "Scene", "Sphere"),
+    "clrt.scenefile": ("builtin_scenes", "load_scene"),
+}
 
 __all__ = [
     "Camera",
@@ -34,10 +43,11 @@ __all__ = [
 ]
 
 
-def render(scene: Scene, width: int, height: int, **options: Any) -> NDArray[np.float32]:
-    """Renders one picture: float32 (height, width, 3), linear, not clipped.
-
-    options: as for Renderer. For more than one picture keep a Renderer, which compiles once.
-    """
-    with Renderer(**options) as renderer:
-        return renderer.render(scene, width, height)
+def __getattr__(name: str) -> Any:
+    for home, names in _HOMES.items():
+        if name in names:
+            module = importlib.import_module(home)
+            found = module if home == f"clrt.{name}" else getattr(module, name)
+            globals()[name] = found
+            return found
+    raise AttributeError(f"module 'clrt' has no attribute {name!r}")

@@ -1,13 +1,17 @@
 """The command line. What a command needs is imported when it runs: --help stays quick."""
 
+import math
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import click
 
 from clrt.errors import ClrtError, RequestError
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 
 class Commands(click.Group):
@@ -22,6 +26,32 @@ class Commands(click.Group):
         except MemoryError:
             click.echo("clrt: not enough memory for a picture of this size", err=True)
             context.exit(1)
+
+
+class Progress:
+    """A bar of tqdm's on stderr, for work that takes longer than it takes to import tqdm."""
+
+    def __init__(self, rows: int, quiet: bool) -> None:
+        self.total = rows
+        self.done = 0
+        self.due = math.inf if quiet else time.perf_counter() + 0.3
+        self.bar: tqdm[Any] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def add(self, rows: int) -> None:
+        self.done += rows
+        if self.bar is not None:
+            self.bar.update(rows)
+        elif time.perf_counter() > self.due:
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=self.total, initial=self.done, unit="row", leave=False)
+
+    def __exit__(self, *error: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -110,7 +140,6 @@ def render(
     """
     started = time.perf_counter()
     from msgspec.structs import replace
-    from tqdm import tqdm
 
     from clrt.device import label
     from clrt.image import check_output, film_dtype, save
@@ -135,9 +164,9 @@ def render(
             click.echo(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}", err=True)
         renderer.prepare(loaded, film_dtype(output))
         compiled = time.perf_counter()
-        with tqdm(total=height, unit="row", disable=quiet, leave=False) as bar:
+        with Progress(height, quiet) as progress:
             film = renderer.render(
-                loaded, width, height, dtype=film_dtype(output), progress=bar.update
+                loaded, width, height, dtype=film_dtype(output), progress=progress.add
             )
         rendered = time.perf_counter()
         if verbose:

@@ -97,7 +97,11 @@ def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
     from PIL import Image
 
     name, options = BYTE_FORMATS[suffix]
-    Image.fromarray(film).save(file, name, **options)
+    height, width, _ = film.shape
+    # As Image.fromarray(), less a copy of the film.
+    film = np.ascontiguousarray(film)
+    image = Image.frombuffer("RGB", (width, height), film, "raw", "RGB", 0, 1)
+    image.save(file, name, **options)
 
 
 def _write_npy(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:

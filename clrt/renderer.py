@@ -152,19 +152,17 @@ class Renderer:
         items = -(-width // (GROUP * self.lanes)) * GROUP
         rows = max(BAND // width, 1)
         self.kernel_seconds = 0.0
-        under_way: deque[tuple[cl.Event, cl.Buffer, NDArray[Any]]] = deque()
+        # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
+        # empty while the host waits for the band before.
+        under_way: deque[tuple[cl.Event, cl.Event, cl.MemoryMap, int]] = deque()
 
         def finish_oldest() -> None:
-            event, buffer, band = under_way.popleft()
-            # On a CPU the kernel has written to the film itself and mapping only waits; on other
-            # devices it copies.
-            mapped, _ = cl.enqueue_map_buffer(
-                self._queue, buffer, cl.map_flags.READ, 0, band.shape, band.dtype, wait_for=[event]
-            )
-            mapped.base.release(self._queue)
-            self.kernel_seconds += 1e-9 * (event.profile.end - event.profile.start)
+            done, mapped, mapping, band_rows = under_way.popleft()
+            mapped.wait()
+            mapping.release(self._queue)
+            self.kernel_seconds += 1e-9 * (done.profile.end - done.profile.start)
             if progress is not None:
-                progress(len(band))
+                progress(band_rows)
 
         try:
             for top in range(0, height, rows):
@@ -186,11 +184,21 @@ class Renderer:
                     lights,
                     shades,
                 )
-                event = cl.enqueue_nd_range_kernel(
+                done = cl.enqueue_nd_range_kernel(
                     self._queue, kernel, (items, len(band)), (GROUP, 1)
                 )
-                under_way.append((event, buffer, band))
-                if len(under_way) == 2:
+                # On a CPU the kernel writes to the film itself; on other devices this copies.
+                array, mapped = cl.enqueue_map_buffer(
+                    self._queue,
+                    buffer,
+                    cl.map_flags.READ,
+                    0,
+                    band.shape,
+                    band.dtype,
+                    is_blocking=False,
+                )
+                under_way.append((done, mapped, array.base, len(band)))
+                if len(under_way) > 2:
                     finish_oldest()
             while under_way:
                 finish_oldest()
@@ -230,6 +238,15 @@ class Renderer:
         double = ["-DDOUBLE"] * (self.real is np.float64)
         literal = ["-DLITERAL"] * (self.precision == "literal")
         return [f"-DLANES={self.lanes}", *double, *literal, *options]
+
+
+def render(scene: Scene, width: int, height: int, **options: Any) -> NDArray[np.float32]:
+    """Renders one picture: float32 (height, width, 3), linear, not clipped.
+
+    options: as for Renderer. For more than one picture keep a Renderer, which compiles once.
+    """
+    with Renderer(**options) as renderer:
+        return renderer.render(scene, width, height)
 
 
 def kernel_source() -> str:
