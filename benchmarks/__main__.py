@@ -2,7 +2,7 @@
 
 import click
 
-from benchmarks import speed
+from benchmarks import accuracy, speed
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -17,6 +17,7 @@ def main(context: click.Context, quick: bool) -> None:
     context.obj = quick
 
 
+main.add_command(accuracy.command)
 main.add_command(speed.command)
 
 if __name__ == "__main__":

@@ -99,6 +99,18 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([line(head), rule, *map(line, rows)])
 
 
+def figure() -> tuple[Any, Any]:
+    """A matplotlib figure and its axes; matplotlib comes with the extra "bench"."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    drawn, axes = pyplot.subplots(figsize=(8, 5), layout="constrained")
+    axes.grid(alpha=0.3)
+    return drawn, axes
+
+
 def results_folder(quick: bool) -> Path:
     return Path(tempfile.mkdtemp(prefix="clrt-benchmarks-")) if quick else RESULTS
 

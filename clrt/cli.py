@@ -249,7 +249,7 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
         f"p99      {found.p99:.3e}\n"
         f"p99.9    {found.p999:.3e}\n"
         f"> 1/255  {found.over_255}\n"
-        f"> 1/1020 {found.over_1020}"
+        f"> 1/1020 {found.over_1020}, {found.interior_flips} of them away from edges"
     )
     if heatmap is not None:
         map_ = metrics.heatmap(metrics.pixel_error(first, second))

@@ -1,12 +1,17 @@
 """How far one picture is from another."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clrt.errors import RequestError
+
+Array: TypeAlias = NDArray[Any]
+
+STEP = 1 / 1020
+"""A quarter of an 8-bit step: an error that no 8-bit picture shows, but for a rounding."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +33,15 @@ class Difference:
     over_255: int
     """Pixels off by more than 1/255, one step of an 8-bit picture."""
     over_1020: int
-    """Pixels off by more than a quarter of such a step."""
+    """Pixels off by more than STEP."""
+    flips: int
+    """Pixels whose paths differ; where those are not known, pixels off by more than STEP."""
+    interior_flips: int
+    """Flips that are not within a pixel of an edge of the other picture."""
+    max_off_flips: float
 
 
-def pixel_error(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
+def pixel_error(a: Array, b: Array) -> NDArray[np.float64]:
     """Each pixel's error: (height, width) from two pictures (height, width, 3) of [0, 1].
 
     NaN counts as the largest error, 1.
@@ -42,11 +52,23 @@ def pixel_error(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
     return np.nan_to_num(worst, nan=1.0)
 
 
-def difference(a: NDArray[Any], b: NDArray[Any]) -> Difference:
-    """The error figures of picture `a` against picture `b`, both (height, width, 3)."""
+def difference(
+    a: Array, b: Array, paths_a: Array | None = None, paths_b: Array | None = None
+) -> Difference:
+    """The error figures of picture `a` against picture `b`, both (height, width, 3).
+
+    paths_a, paths_b: (height, width), as from Renderer.paths() and reference.trace(). Without them
+    flips are told by the error and edges by the colours of `b`.
+    """
     error = pixel_error(a, b)
     square = np.nanmean((_clipped(a) - _clipped(b)) ** 2)
     p50, p99, p999 = np.percentile(error, (50, 99, 99.9))
+    if paths_a is None or paths_b is None:
+        flips = error > STEP
+        interior = ~edges(np.rint(32 * _clipped(b)).astype(np.int64) @ [1, 64, 4096])
+    else:
+        flips = paths_a != paths_b
+        interior = ~edges(paths_b)
     return Difference(
         pixels=error.size,
         max=float(error.max()),
@@ -56,14 +78,17 @@ def difference(a: NDArray[Any], b: NDArray[Any]) -> Difference:
         p99=float(p99),
         p999=float(p999),
         over_255=int((error > 1 / 255).sum()),
-        over_1020=int((error > 1 / 1020).sum()),
+        over_1020=int((error > STEP).sum()),
+        flips=int(flips.sum()),
+        interior_flips=int((flips & interior).sum()),
+        max_off_flips=float(error[~flips].max(initial=0)),
     )
 
 
-def edges(paths: NDArray[np.uint32]) -> NDArray[np.bool_]:
-    """The pixels whose path differs from that of a neighbour, diagonals included.
+def edges(paths: Array) -> NDArray[np.bool_]:
+    """The pixels that differ from a neighbour, diagonals included.
 
-    paths: (height, width), as from reference.trace. An image step lies within a pixel of these.
+    paths: (height, width), as from reference.trace().
     """
     edge = np.zeros(paths.shape, bool)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
@@ -94,9 +119,9 @@ def heatmap(error: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.stack([red, green, blue], axis=2).astype(np.float32)
 
 
-def _clipped(image: NDArray[Any]) -> NDArray[np.float64]:
+def _clipped(image: Array) -> NDArray[np.float64]:
     return np.clip(image.astype(np.float64), 0, 1)
 
 
-def _size(image: NDArray[Any]) -> str:
+def _size(image: Array) -> str:
     return f"{image.shape[1]}x{image.shape[0]}"

@@ -34,10 +34,12 @@ class Trace:
         image: (height, width, 3), linear, not clipped.
         paths: (height, width) uint32. A hash of the spheres that a pixel's path hits and of the
             lights that reach each hit: where two differ the paths have parted (a flip).
+        rays: how many were cast: from the camera, to lights, reflected.
     """
 
     image: Array
     paths: NDArray[np.uint32]
+    rays: int
 
 
 def render(
@@ -79,7 +81,7 @@ def trace(
         color, path = tracer.trace(grid_x.ravel(), grid_y.ravel())
         image[band] = color.T.reshape(*grid_x.shape, 3)
         paths[band] = path.reshape(grid_x.shape)
-    return Trace(image, paths)
+    return Trace(image, paths, tracer.rays)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -103,6 +105,7 @@ class _Tracer:
         self.exact = truth == "exact"
         self.bias = dtype.type(0 if self.exact else scene.shadow_bias)
         self.max_depth = scene.max_depth
+        self.rays = 0
         self.camera = self._column(scene.camera.position)
         self.right, self.up, self.back = map(self._column, scene.camera.basis())
         self.centers = [self._column(s.center) for s in scene.spheres]
@@ -121,6 +124,7 @@ class _Tracer:
 
     def nearest(self, origin: Array, direction: Array, leaves: Array) -> tuple[Array, Array]:
         """The sphere hit first, -1 if none, and its distance, infinity if none (11.4, 11.5)."""
+        self.rays += origin.shape[1]
         hit = np.full(origin.shape[1], -1)
         distance = np.full(origin.shape[1], np.inf, self.dtype)
         for s, (center, radius) in enumerate(zip(self.centers, self.radii, strict=True)):

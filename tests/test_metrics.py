@@ -20,7 +20,34 @@ def test_figures() -> None:
     assert found.psnr == pytest.approx(-10 * np.log10(square))
     assert found.p50 == 0
     assert found.over_255 == 1
-    assert found.over_1020 == 2
+    assert found.over_1020 == found.flips == 2
+    assert found.interior_flips == 0  # a lone pixel is its own edge
+    assert found.max_off_flips == 0
+
+
+def test_flips_are_told_by_paths_where_they_are_known() -> None:
+    a = np.zeros((6, 6, 3))
+    b = a.copy()
+    b[0, 0] = 0.5
+    b[5, 5] = 0.25
+    ours, truth = np.zeros((6, 6), np.uint32), np.zeros((6, 6), np.uint32)
+    truth[5, 5] = 7
+    found = metrics.difference(a, b, ours, truth)
+    assert (found.flips, found.interior_flips) == (1, 0)
+    assert found.max_off_flips == 0.5
+    ours[0, 0] = 3
+    found = metrics.difference(a, b, ours, truth)
+    assert (found.flips, found.interior_flips) == (2, 1)
+    assert found.max_off_flips == 0
+
+
+def test_without_paths_a_flip_at_a_step_of_colour_is_at_an_edge() -> None:
+    b = np.zeros((8, 8, 3))
+    b[:, 4:] = 0.8
+    a = b.copy()
+    a[2, 4] = 0
+    found = metrics.difference(a, b)
+    assert (found.flips, found.interior_flips) == (1, 0)
 
 
 def test_equal_clipped_and_nan() -> None:
