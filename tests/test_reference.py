@@ -1,83 +1,19 @@
-"""The references against an independent loop, written as the paper prints it."""
-
-import math
+"""The references against the paper's own loop and against closed forms."""
 
 import msgspec
 import numpy as np
 import pytest
 
 import clrt
+from benchmarks import paper
 from clrt import reference
-from clrt.scene import Scene
-
-
-def paper_loop(scene: Scene, width: int, height: int) -> np.ndarray:
-    """Section 11.11, one pixel at a time, for one light and the camera of section 11.1."""
-
-    def sphere_intersect(center, radius, ray_origin, ray_direction):
-        b = 2 * np.dot(ray_direction, ray_origin - center)
-        c = np.linalg.norm(ray_origin - center) ** 2 - radius**2
-        delta = b**2 - 4 * c
-        if delta > 0:
-            t1 = (-b + math.sqrt(delta)) / 2
-            t2 = (-b - math.sqrt(delta)) / 2
-            if t1 > 0 and t2 > 0:
-                return min(t1, t2)
-        return None
-
-    def nearest_intersected_object(ray_origin, ray_direction):
-        nearest, min_distance = None, math.inf
-        for sphere in scene.spheres:
-            distance = sphere_intersect(
-                np.array(sphere.center), sphere.radius, ray_origin, ray_direction
-            )
-            if distance and distance < min_distance:
-                nearest, min_distance = sphere, distance
-        return nearest, min_distance
-
-    def normalized(vector):
-        return vector / np.linalg.norm(vector)
-
-    camera = np.array([0.0, 0.0, 1.0])
-    ratio = width / height
-    light = scene.lights[0]
-    image = np.zeros((height, width, 3))
-    for i, y in enumerate(np.linspace(1 / ratio, -1 / ratio, height)):
-        for j, x in enumerate(np.linspace(-1, 1, width)):
-            origin = camera
-            direction = normalized(np.array([x, y, 0]) - origin)
-            reflection = 1.0
-            for _ in range(scene.max_depth):
-                nearest, distance = nearest_intersected_object(origin, direction)
-                if nearest is None:
-                    break
-                point = origin + distance * direction
-                normal = normalized(point - np.array(nearest.center))
-                shifted = point + scene.shadow_bias * normal
-                to_light = normalized(np.array(light.position) - shifted)
-                _, distance = nearest_intersected_object(shifted, to_light)
-                if distance < np.linalg.norm(np.array(light.position) - point):
-                    break
-                material = scene.materials[nearest.material]
-                half = normalized(to_light + normalized(camera - point))
-                image[i, j] += reflection * (
-                    np.array(material.ambient) * light.ambient
-                    + np.array(material.diffuse) * light.diffuse * np.dot(to_light, normal)
-                    + np.array(material.specular)
-                    * light.specular
-                    * max(np.dot(normal, half), 0) ** (material.shininess / 4)
-                )
-                reflection *= material.reflection
-                origin = shifted
-                direction = direction - 2 * np.dot(direction, normal) * normal
-    return image
 
 
 @pytest.mark.parametrize("name", ["four-spheres", "first-result"])
 def test_seed_is_the_papers_loop(name: str) -> None:
     scene = clrt.load_scene(name)
     truth = reference.render(scene, 64, 36, truth="seed")
-    assert abs(truth - paper_loop(scene, 64, 36)).max() < 1e-12
+    assert abs(truth - paper.render(scene, 64, 36)).max() < 1e-12
 
 
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,128 @@
+"""What a user would pick instead, on the same picture, in turn in one run."""
+
+import shutil
+from collections.abc import Callable
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+import clrt
+from benchmarks import harness, paper, povray_peer
+from clrt import metrics, reference
+from clrt.renderer import Renderer
+
+PAPER_SECONDS = 21 * 60 + 21  # section 11.11, on a machine that the paper does not name
+LOOP_SHRINK = 24  # the paper's loop renders 160x90 and is scaled: its time grows with the pixels
+
+
+@click.command("peers")
+@click.pass_obj
+def command(quick: bool) -> None:
+    """Compares clrt with the paper's loop, NumPy, Numba and, if it is installed, POV-Ray."""
+    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 5)
+    scene = clrt.load_scene("four-spheres")
+    truth = reference.trace(scene, width, height, "seed")
+    pictures: dict[str, NDArray[Any]] = {}
+    notes: dict[str, str] = {}
+    contenders: dict[str, Callable[[], float]] = {}
+
+    def add(name: str, render: Callable[[], NDArray[Any]], scale: int = 1, note: str = "") -> None:
+        def run() -> float:
+            def keep() -> None:
+                pictures[name] = render()
+
+            return scale * harness.wall(keep)()
+
+        contenders[name] = run
+        notes[name] = note
+
+    renderer, double = Renderer(), Renderer(precision="double")
+    add("clrt", lambda: renderer.render(scene, width, height, dtype=np.uint8))
+    add("clrt, float64", lambda: double.render(scene, width, height, dtype=np.uint8))
+    try:
+        from benchmarks import numba_peer
+    except ImportError:
+        print("Numba is not installed: pip install 'clrt[bench]'")
+    else:
+        note = f"float32, prange, chunks of {numba_peer.CHUNK} rows"
+        add("Numba", lambda: numba_peer.render(scene, width, height), note=note)
+    if shutil.which("povray"):
+
+        def povray() -> float:
+            pictures["POV-Ray"], seconds = povray_peer.render(scene, width, height)
+            return seconds
+
+        contenders["POV-Ray"] = povray
+        notes["POV-Ray"] = "its own shading; its trace time"
+    add("NumPy", lambda: reference.render(scene, width, height, "seed"), note="the reference")
+    seconds = harness.in_turn(contenders, turns)
+
+    small = (width // LOOP_SHRINK, height // LOOP_SHRINK)
+    add(
+        "the paper's loop",
+        lambda: paper.render(scene, *small),
+        LOOP_SHRINK**2,
+        f"{LOOP_SHRINK}² x its time at {small[0]}x{small[1]}",
+    )
+    loop = {"the paper's loop": contenders["the paper's loop"]}
+    seconds |= harness.in_turn(loop, min(turns, 3))
+
+    rows, figures = [], []
+    for name, took in seconds.items():
+        time = harness.summary(took)
+        figure = {
+            "name": name,
+            **time,
+            "mpixel_per_s": width * height / time["median"] / 1e6,
+            "mray_per_s": truth.rays / time["median"] / 1e6,
+            "ratio": time["median"] / harness.summary(seconds["clrt"])["median"],
+            "note": notes[name],
+        }
+        error = ""
+        if pictures[name].shape == truth.image.shape:
+            picture = pictures[name]
+            scale = 255 if picture.dtype == np.uint8 else 1
+            found = metrics.difference(picture / np.float32(scale), truth.image)
+            figure |= {"rmse": found.rmse, "over_255": found.over_255}
+            error = f"{found.over_255}"
+        figures.append(figure)
+        rows.append(
+            (
+                name,
+                f"{1e3 * time['median']:,.1f}",
+                f"{1e3 * time['min']:,.1f}-{1e3 * time['max']:,.1f}",
+                f"{figure['mpixel_per_s']:,.3g}",
+                f"{figure['mray_per_s']:,.3g}",
+                error,
+                f"{figure['ratio']:,.1f}",
+                notes[name],
+            )
+        )
+    if not quick:
+        ratio = PAPER_SECONDS / harness.summary(seconds["clrt"])["median"]
+        note = "the paper's figure, on its machine"
+        rows.append(
+            ("the paper", f"{1e3 * PAPER_SECONDS:,}", "", "", "", "", f"{ratio:,.0f}", note)
+        )
+    print(f"four-spheres, {width}x{height}, max_depth 3, {truth.rays:,} rays\n")
+    head = ("what", "ms", "spread", "Mpixel/s", "Mray/s", "pixels off > 1/255", "x clrt", "note")
+    print(harness.table(head, rows))
+    folder = harness.results_folder(quick)
+    harness.record(folder, "peers", {"size": [width, height], "rays": truth.rays, "peers": figures})
+    plot(figures, folder / "peers.png")
+
+
+def plot(figures: list[dict[str, Any]], path: Any) -> None:
+    """A bar for each."""
+    drawn, axes = harness.figure()
+    names = [f["name"] for f in figures]
+    times = [1e3 * f["median"] for f in figures]
+    bars = axes.barh(names, times, color=["tab:green", "tab:blue"] + ["tab:gray"] * len(names))
+    axes.bar_label(bars, [f"{t:,.0f}" for t in times], padding=3)
+    axes.set(xscale="log", xlabel="ms for the 3840x2160 picture, two cores; lower is better")
+    axes.set_xlim(right=max(times) * 4)
+    axes.invert_yaxis()
+    drawn.savefig(path, dpi=110)
+    print(f"{path}: written")
