@@ -99,15 +99,16 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([line(head), rule, *map(line, rows)])
 
 
-def figure() -> tuple[Any, Any]:
+def figure(columns: int = 1) -> tuple[Any, Any]:
     """A matplotlib figure and its axes; matplotlib comes with the extra "bench"."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    drawn, axes = pyplot.subplots(figsize=(8, 5), layout="constrained")
-    axes.grid(alpha=0.3)
+    drawn, axes = pyplot.subplots(1, columns, figsize=(8 + columns, 5), layout="constrained")
+    for axis in drawn.axes:
+        axis.grid(alpha=0.3)
     return drawn, axes
 
 
