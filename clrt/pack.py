@@ -15,17 +15,25 @@ from clrt.scene import Scene
 Array: TypeAlias = NDArray[Any]
 Real: TypeAlias = type[np.float32] | type[np.float64]
 
-GIANT = 30.0
+GIANT = 4.0
 """A sphere is a giant if its radius is over this many times the camera's distance from its surface.
 
-Below it float32 loses at most half of this, 15 units in the last place, of that distance.
+|f|^2 - r^2 of any other sphere is off by up to 3 * 2^-24 r^2, which moves its surface by
+1.5 * 2^-24 r: at most 6 units in the last place of that distance.
 """
+
+# Beyond these a larger value gives the same picture: the host takes it down to them, so that no
+# finite scene makes a kernel compute infinity - infinity or 0 * infinity.
+FLAT = 2.0**53  # a radius, in units of the scene's extent: a plane to the last bit of a float64
+FAR = 2.0**40  # a light's distance and the bias, in the same units
+BRIGHT = 2.0**50  # a colour: white is 1
+SHARP = 2.0**100  # an exponent
 
 COLORS = ("ambient", "diffuse", "specular")
 
 
 def camera_dtype(real: Real) -> np.dtype[Any]:
-    return np.dtype([("step", real, 2), ("origin", real, 3), ("last", np.int32, 2)], align=True)
+    return np.dtype([("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)], align=True)
 
 
 def sphere_dtype(real: Real) -> np.dtype[Any]:
@@ -59,13 +67,21 @@ def shade_dtype(real: Real) -> np.dtype[Any]:
 
 @dataclass(frozen=True)
 class Packed:
-    """A scene for a picture of one size, rounded once from float64 to the kernel's precision."""
+    """A scene for a picture of one size, in camera space, rounded once to the kernel's precision.
+
+    Lengths are scaled by a power of two, which is exact and cannot be seen, so that the spheres
+    reach about 1 from the camera: neither their squares nor those of anything larger than 1e-19 of
+    that leave float32's range.
+    """
 
     camera: Array
     spheres: Array
     materials: Array
     lights: Array
     shades: Array
+    encloses: Array
+    """(lights, spheres): 1 where a light is inside a sphere."""
+    shadow_bias: float
 
 
 def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = False) -> Packed:
@@ -73,68 +89,125 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
 
     Args:
         real: what the kernel's numbers are.
-        literal: for the kernel's LITERAL: the scene is turned but stays where it is in the world,
-            and no sphere is treated in a special way.
+        literal: for the kernel's LITERAL: the scene is turned but stays where and as large as it
+            is in the world, and no sphere is treated in a special way.
     """
-    eye = np.array(scene.camera.position)
-    basis = np.array(scene.camera.basis())
+    # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
+    wide = np.longdouble
+    eye = np.array(scene.camera.position, wide)
+    basis = np.array(scene.camera.basis(), wide)
 
     def turned(points: list[tuple[float, float, float]]) -> Array:
-        away = np.array(points).reshape(-1, 3) - (0 if literal else eye)
+        away = np.array(points, wide).reshape(-1, 3) - (0 if literal else eye)
         moved: Array = away @ basis.T
         return moved
 
+    center = turned([s.center for s in scene.spheres])
+    radius = np.array([s.radius for s in scene.spheres], wide)
+    position = turned([light.position for light in scene.lights])
     # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
-    fov = scene.camera.fov
-    half = 1.0 if fov == 90 else np.tan(np.radians(fov) / 2)
+    fov = wide(scene.camera.fov)
+    half = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
+    eye_now = turned([scene.camera.position])
+    if scene.camera.long_lens and not literal:
+        ahead = _start(center, radius, half * np.hypot(1, wide(height) / width))
+        for points in (center, position, eye_now):
+            points[:, 2] += ahead
+    from_light = np.linalg.norm(position[:, np.newaxis] - center, axis=2)
+    light_distance = np.linalg.norm(position, axis=1)
+    extent = _extent(center, radius) or light_distance.max(initial=0) or wide(1)
+    scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
+
     camera = np.zeros(1, camera_dtype(real))
     camera["last"] = np.maximum([width - 1, height - 1], 1)
-    camera["step"] = half * np.array([1.0, height / width]) / camera["last"]
-    camera["origin"] = turned([scene.camera.position])
+    camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
+    camera["eye"] = scale * eye_now
 
     materials = np.zeros(len(scene.materials), material_dtype(real))
-    materials["exponent"] = [m.shininess / 4 for m in scene.materials.values()]
+    materials["exponent"] = [min(m.shininess / 4, SHARP) for m in scene.materials.values()]
     materials["reflection"] = [m.reflection for m in scene.materials.values()]
     lights = np.zeros(len(scene.lights), light_dtype(real))
-    lights["position"] = turned([light.position for light in scene.lights])
+    nearer = 1 / np.maximum(light_distance / (FAR * extent), 1)
+    lights["position"] = scale * nearer[:, np.newaxis] * position
     shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
     for k, light in enumerate(scene.lights):
         for color in COLORS:
-            of_material = [getattr(m, color) for m in scene.materials.values()]
-            shades[color][k] = np.array(of_material).reshape(-1, 3) * getattr(light, color)
+            of_material = np.array([getattr(m, color) for m in scene.materials.values()], wide)
+            product = of_material.reshape(-1, 3) * np.array(getattr(light, color), wide)
+            shades[color][k] = np.clip(product, -BRIGHT, BRIGHT)
 
-    center = turned([s.center for s in scene.spheres])
-    radius = np.array([s.radius for s in scene.spheres])
-    spheres = _pack_spheres(center, radius, scene.shadow_bias, real, literal)
+    bias = float(scale * min(scene.shadow_bias, FAR * extent))
+    spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
     index = {name: i for i, name in enumerate(scene.materials)}
     spheres["material"] = [index[s.material] for s in scene.spheres]
-    return Packed(camera, spheres, materials, lights, shades)
+    return Packed(
+        camera,
+        spheres,
+        materials,
+        lights,
+        shades,
+        encloses=(from_light < radius).astype(np.uint8),
+        shadow_bias=bias,
+    )
+
+
+def _is_giant(center: Array, radius: Array) -> Array:
+    giant: Array = radius > GIANT * abs(np.linalg.norm(center, axis=1) - radius)
+    return giant
+
+
+def _start(center: Array, radius: Array, corner: Any) -> Any:
+    """How far ahead of the camera rays can start: a little before the first hit.
+
+    corner: the distance of the screen's corners from its middle.
+    """
+    distance = np.linalg.norm(center, axis=1)
+    outside = distance > radius  # from inside a sphere cannot be seen
+    center, radius, distance = center[outside], radius[outside], distance[outside]
+    # A sphere is met first by the ray closest to its centre. `off` is the angle between them.
+    off = np.arccos(np.clip(-center[:, 2] / distance, -1, 1)) - np.arctan(corner)
+    off = np.clip(off, 0, np.pi / 2)
+    half_chord2 = radius**2 - (distance * np.sin(off)) ** 2
+    met = half_chord2 > 0
+    first = (distance * np.cos(off))[met] - np.sqrt(half_chord2[met])
+    # From there what is seen is as wide as far, as through a lens of 90 degrees.
+    return max(first.min(initial=np.inf) * (1 - corner), 0) if met.any() else 0
+
+
+def _extent(center: Array, radius: Array) -> Any:
+    """How far the spheres reach from the camera; of giants, the distance of their anchors."""
+    distance = np.linalg.norm(center, axis=1)
+    reach = np.where(_is_giant(center, radius), abs(distance - radius), distance + radius)
+    return reach.max(initial=0)
 
 
 def _pack_spheres(
     center: Array, radius: Array, bias: float, real: Real, literal: bool = False
 ) -> Array:
-    """Spheres from centres (n, 3) in camera space and radii (n,), float64.
+    """Spheres from centres (n, 3) in camera space and radii (n,), of about unit extent.
 
-    The rounding of a giant's anchor to float32 moves it off the surface. c0 takes that up: it is
-    computed from the rounded anchor.
+    The rounding of a giant's anchor moves it off the surface. c0 takes that up: it is computed from
+    the rounded anchor, before it is rounded itself.
     """
+    giant = _is_giant(center, radius) & (not literal)
     distance = np.linalg.norm(center, axis=1)
-    giant = (radius > GIANT * abs(distance - radius)) & (not literal)
-    toward = np.where(giant, 1 - radius / np.where(giant, distance, 1), 1)
+    toward = np.where(giant, (distance - radius) / np.where(giant, distance, 1), 1)
     anchor = (toward[:, np.newaxis] * center).astype(real)
     offset = np.where(giant[:, np.newaxis], anchor - center, 0)
+    flat = np.minimum(radius, FLAT)
 
     spheres = np.zeros(len(radius), sphere_dtype(real))
     spheres["anchor"] = anchor
-    spheres["offset"] = offset
-    spheres["c0"] = (offset**2).sum(axis=1) - radius**2
-    spheres["camera_c"] = (distance - radius) * (distance + radius)
+    spheres["offset"] = (flat / radius)[:, np.newaxis] * offset
+    above = np.linalg.norm(offset, axis=1) - radius  # the anchor, above the surface
+    spheres["c0"] = above * (2 * flat + above)
+    above = distance - radius  # the camera
+    spheres["camera_c"] = above * (2 * flat + above)
     spheres["view"] = _view(center, radius)
-    spheres["inv_radius"] = 1 / radius
+    spheres["inv_radius"] = 1 / np.maximum(flat, np.finfo(real).tiny)
     # A point lifted by `bias` off its sphere sees a light past the sphere down to this cosine: the
     # paper's shadow test, without a sphere tested against its own rounding.
-    horizon = -np.sqrt(2 * bias * radius + bias**2) / (radius + bias)
+    horizon = -np.sqrt(bias * (2 * radius + bias)) / (radius + bias)
     spheres["horizon"] = -2 if literal else horizon
     spheres["giant"] = giant
     return spheres

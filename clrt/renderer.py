@@ -145,10 +145,11 @@ class Renderer:
         kernel = self.prepare(scene, dtype)
         film = np.empty(shape, dtype)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
-        camera, spheres, materials, lights, shades = map(
+        camera, spheres, materials, lights, shades, encloses = map(
             self._upload,
-            (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades),
-        )
+            (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades,
+             packed.encloses),
+        )  # fmt: skip
         items = -(-width // (GROUP * self.lanes)) * GROUP
         rows = max(BAND // width, 1)
         self.kernel_seconds = 0.0
@@ -174,7 +175,7 @@ class Renderer:
                     np.int32(width),
                     np.int32(top),
                     np.int32(scene.max_depth),
-                    self.real(scene.shadow_bias),
+                    self.real(packed.shadow_bias),
                     camera,
                     np.int32(len(packed.spheres)),
                     spheres,
@@ -183,6 +184,7 @@ class Renderer:
                     np.int32(len(packed.lights)),
                     lights,
                     shades,
+                    encloses,
                 )
                 done = cl.enqueue_nd_range_kernel(
                     self._queue, kernel, (items, len(band)), (GROUP, 1)
@@ -221,7 +223,12 @@ class Renderer:
         dtype = np.dtype(dtype)
         if dtype not in FILMS:
             raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
-        options = (*FILMS[dtype], *["-DREFLECTION"] * scene.reflects)
+        long_lens = scene.camera.long_lens and self.precision != "literal"
+        options = (
+            *FILMS[dtype],
+            *["-DREFLECTION"] * scene.reflects,
+            *["-DLONG_LENS"] * long_lens,
+        )
         if options not in self._kernels:
             program = cl.Program(self._context, kernel_source())
             try:

@@ -50,6 +50,11 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         good = right > 1e-9 * math.hypot(*ahead) * math.hypot(*self.up)
         _require(good, "up", "a direction not parallel to look_at - position", self.up)
 
+    @property
+    def long_lens(self) -> bool:
+        """Whether what fills the picture may be far away against its size."""
+        return self.fov < 14
+
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:
         """The unit vectors right, up and back (against the view), in world space."""
         back = _unit(_minus(self.position, self.look_at))

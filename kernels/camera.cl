@@ -1,13 +1,18 @@
 // Camera: the ray through a pixel, and what it meets first.
 //
-// Camera space: the origin is the camera, x points right, y up and -z ahead; lengths are the
-// world's. The host moves and turns the scene into it in float64, so that float32 rounds distances
-// from the camera and not from the world's origin.
+// Camera space: the origin is the camera, x points right, y up and -z ahead. The host moves and turns
+// the scene into it before it rounds, so that float32 rounds distances from the camera and not from
+// the world's origin. Lengths are scaled by a power of two, see clrt/pack.py.
+//
+// The host defines LONG_LENS if what is seen may be far away against its size: the origin is then a
+// point ahead of the camera, just before what is seen, and rays start on the plane through it. A ray
+// from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its normals by
+// that.
 
 // 28 bytes as float32, 48 as float64. The screen stands one unit ahead.
 typedef struct {
     real step[2];    // half the distance of two neighbouring pixels of a row, of a column
-    real origin[3];  // LITERAL: where the camera stands, for there the scene is only turned; else 0
+    real eye[3];     // where the camera stands: 0 but for LITERAL and LONG_LENS
     int last[2];     // width - 1, height - 1, but at least 1
 } Camera;
 

@@ -19,7 +19,8 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
                      real shadow_bias, __global const Camera *camera, int sphere_count,
                      __global const Sphere *spheres, int material_count,
                      __global const Material *materials, int light_count,
-                     __global const Light *lights, __global const Shade *shades) {
+                     __global const Light *lights, __global const Shade *shades,
+                     __global const uchar *encloses) {
     int column = get_global_id(0) * LANES, row = get_global_id(1), s;
     if (column >= width) return;
 
@@ -28,14 +29,15 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
     reals inv_length = inverse_sqrt(length2);
     Vector through = vector(at.x, at.y, -1);
     Vector to_camera = scaled(through, -inv_length);
-#ifdef LITERAL
-    Vector origin = splat(camera->origin);
-    Ray ray = {origin, scaled(to_camera, -1), -1, -1};
+    Vector eye = splat(camera->eye);
+    Ray ray = {eye, scaled(to_camera, -1), -1, -1};
+#if defined(LITERAL) || defined(LONG_LENS)
+#ifdef LONG_LENS
+    ray.origin = vector(at.x * eye.z, at.y * eye.z, 0);
+#endif
     Hit hit = nearest(ray, spheres, sphere_count);
-    Vector point = along(origin, hit.distance, ray.direction);
+    Vector point = along(ray.origin, hit.distance, ray.direction);
 #else
-    Vector origin = vector(0, 0, 0);
-    Ray ray = {origin, scaled(to_camera, -1), -1, -1};
     Hit hit = visible(at, length2, spheres, sphere_count);
     Vector point = scaled(through, hit.distance);
 #endif
@@ -67,7 +69,8 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
             ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon) &
-                       !occluded(shadow, distance2 * inv_distance, spheres, sphere_count);
+                       !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
+                                 sphere_count);
 #ifdef FILM_PATHS
             path = HASHED(hit.sphere >= 0, path, PICK_INT(lit, 1, 0));
 #endif
@@ -91,7 +94,7 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
         hit = nearest(ray, spheres, sphere_count);
         hit.sphere = PICK_INT(alive, hit.sphere, -1);
         point = along(ray.origin, hit.distance, ray.direction);
-        to_camera = unit(minus(origin, point));
+        to_camera = unit(minus(eye, point));
 #else
         break;
 #endif

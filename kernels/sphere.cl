@@ -8,8 +8,8 @@
 // The host defines LITERAL for the paper's formula as it stands, in this precision: the baseline
 // that the rest is measured against. It makes no sphere a giant then.
 
-// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. Camera space, world
-// units: see camera.cl.
+// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space, see
+// camera.cl.
 typedef struct {
     real anchor[3];   // a giant's surface point nearest the camera; else the centre
     real c0;          // |offset|^2 - radius^2, from float64
@@ -18,7 +18,7 @@ typedef struct {
     real view[4];     // where it can show on the screen: left, right, bottom, top
     real inv_radius;  // 1 / radius
     real horizon;     // a light with N.L below this is hidden by the sphere that N stands on
-    int giant;        // 1: radius > 30 x the camera's distance from the surface
+    int giant;        // 1: radius > 4 x the camera's distance from the surface
     int material;     // index
 } Sphere;
 
@@ -34,29 +34,35 @@ typedef struct {
     reals b, c, delta;
 } Quadratic;
 
-// The split. Both branches guard against cancellation, each where the other would suffer from it:
-// - |f|^2 - r^2 of a giant loses the digits of a distance to its surface that is small against r:
-//   float32 leaves an error of r 2^-24 in it, 5e-4 for r = 9000. So a giant is measured from its
-//   surface point A nearest the camera, with g = o - A and m = A - C: c = |g|^2 + 2 g.m + c0. What
-//   is left is the rounding of g and m, which moves the surface by 2^-24 |g|.
-// - b^2 - c of a small far sphere loses the digits of r^2 against |f|^2. So the others take
-//   delta = r^2 - |f - (f.d) d|^2 (Haines et al., Ray Tracing Gems, 2019, chapter 7): a silhouette
-//   is off by 4 * 2^-24 (r + |f|) at most, which is the rounding of f and d themselves.
+// The split. A sphere is measured from its anchor A, with m = A - C, c0 = |m|^2 - r^2, g = o - A = f - m.
+// Let l = g - (g.d) d be the part of g across the ray, and e = l.(l + 2 m) + c0; then
+//   b = g.d + m.d,   c = (g.d)(g.d + 2 m.d) + e,   delta = (m.d)^2 - e.
+// - delta is not b^2 - c, which loses the digits of r^2 against |f|^2 where a sphere is far against its
+//   radius. e does not: a silhouette is off by at most 4 * 2^-24 (|f| + r).
+// - Of a giant, whose radius is large against its distance from the camera, A is the surface point
+//   nearest the camera. |f|^2 - r^2 would be off by 2^-24 r of a distance to its surface, 5e-4 for
+//   r = 9000; with a small g a hit is off by at most 4 * 2^-24 (|g| + t).
+// - Of the others A = C, m = 0: delta = r^2 - |l|^2 (Haines et al., Ray Tracing Gems, 2019, chapter 7).
+//   c = |f|^2 - r^2 is as good as (f.d)^2 - delta there, and does not need |d| = 1 to the last bit.
+// tests/test_rays.py holds these bounds against a million rays each.
 static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
     Quadratic q;
     Vector g = minus(ray.origin, splat(sphere->anchor));
     q.b = dot3(g, ray.direction);
-    q.c = dot3(g, g) + sphere->c0;
 #ifdef LITERAL
+    q.c = dot3(g, g) + sphere->c0;
     q.delta = q.b * q.b - q.c;
 #else
+    Vector l = along(g, -q.b, ray.direction);
     if (sphere->giant) {
         Vector m = splat(sphere->offset);
-        q.b += dot3(m, ray.direction);
-        q.c += 2 * dot3(g, m);
-        q.delta = q.b * q.b - q.c;
+        reals md = dot3(m, ray.direction);
+        reals e = dot3(l, along(l, 2, m)) + sphere->c0;
+        q.c = q.b * (q.b + 2 * md) + e;
+        q.delta = md * md - e;
+        q.b += md;
     } else {
-        Vector l = along(g, -q.b, ray.direction);
+        q.c = dot3(g, g) + sphere->c0;
         q.delta = -sphere->c0 - dot3(l, l);
     }
 #endif
@@ -106,15 +112,19 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-// Whether some sphere is hit nearer than `distance`: the smaller root, -b - sqrt(delta), is less
-// than it iff e < sqrt(delta) with e = -b - distance, that is iff e |e| < delta. No root is needed.
-static ints occluded(Ray ray, reals distance, __global const Sphere *spheres, int sphere_count) {
+// Whether some sphere stands between the ray's origin and the light, which is `distance` away. A light
+// outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff it is
+// beyond their middle, -b, half a chord from either. Which spheres the light is inside of, `encloses`,
+// the host knows: the sign of t^2 + 2 b t + c at the light is off by 2^-24 distance^2.
+static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
+                     __global const Sphere *spheres, int sphere_count) {
     ints hidden = 0;
     for (int s = 0; s < sphere_count; s++) {
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
-        reals e = -q.b - distance;
-        hidden |= ahead(q, ray, s) & (e * fabs(e) < q.delta);
+        ints met = ahead(q, ray, s);
+        if (!encloses[s]) met &= -q.b < distance;
+        hidden |= met;
     }
     return hidden;
 }

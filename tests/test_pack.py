@@ -53,8 +53,25 @@ def test_only_the_plane_is_a_giant() -> None:
     assert packed.spheres["giant"].tolist() == [0, 0, 0, 1]
     plane = packed.spheres[3]
     # The plane's top is 0.7 under the camera's height, which stands 1 beside its axis.
-    assert plane["anchor"] == pytest.approx([0, -0.7, 0], abs=2e-4)
-    assert plane["offset"] == pytest.approx([0, 8999.3, 1], rel=1e-4)
+    scale = 1 / (plane["inv_radius"] * 8999.3)
+    assert plane["anchor"] == pytest.approx([0, -0.7 * scale, 0], abs=2e-4)
+    assert plane["offset"] == pytest.approx([0, 8999.3 * scale, scale], rel=1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
+def test_lengths_are_scaled_by_a_power_of_two_to_about_1(size: float) -> None:
+    scene = clrt.load_scene("first-result")
+    spheres = tuple(
+        clrt.Sphere((c[0] * size, c[1] * size, c[2] * size), s.radius * size, "red")
+        for s in scene.spheres
+        for c in [s.center]
+    )
+    camera = clrt.Camera((0, 0, size), (0, 0, 0))
+    packed = pack.pack(clrt.Scene(camera, (), scene.materials, spheres), 64, 36, np.float32)
+    reach = np.linalg.norm(packed.spheres["anchor"], axis=1) + 1 / packed.spheres["inv_radius"]
+    assert 0.5 <= reach.max() <= 1
+    scale = packed.spheres["inv_radius"][0] * 0.7 * size
+    assert np.log2(scale) == pytest.approx(round(np.log2(scale)), abs=1e-6)
 
 
 @pytest.mark.parametrize("radius", [1e3, 1e5, 1e7, 1e9])

@@ -1,0 +1,165 @@
+"""The hard cases, and scenes that hypothesis makes up, against the exact truth."""
+
+import functools
+import math
+
+import hypothesis.strategies as st
+import numpy as np
+import pyopencl as cl
+import pytest
+from conftest import renderer_for
+from hard_cases import CASES, QUARTER_STEP, HardCase, plane
+from hypothesis import assume, given, settings
+
+from clrt import Camera, Light, Material, Scene, Sphere, metrics, reference
+from clrt.renderer import Precision, Renderer
+
+HARD_LANES = (1, 16)  # the two ways that the kernel's source can be read
+WIDE = np.finfo(np.longdouble).nmant > np.finfo(np.float64).nmant
+
+every_case = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+
+
+def renderer_of(device: cl.Device, precision: Precision, lanes: int) -> Renderer:
+    if precision == "double" and device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+    return renderer_for(device, lanes, precision)
+
+
+@functools.lru_cache(maxsize=2)
+def truth_of(case: HardCase) -> reference.Trace:
+    if case.dtype == np.longdouble and not WIDE:
+        pytest.skip("long double is no wider than double here: nothing to check against")
+    with np.errstate(all="ignore"):  # the seed's formula overflows before it is right
+        return reference.trace(case.scene, *case.size, "exact", case.dtype)
+
+
+def faults(case: HardCase, image: np.ndarray) -> list[str]:
+    """What the picture has that the case does not allow."""
+    if not np.isfinite(image).all():
+        return ["NaN or infinity"]
+    if case.check == "finite":
+        return []
+    if case.check == "black":
+        return ["not black"] * bool(image.any())
+    trace = truth_of(case)
+    error = metrics.pixel_error(image, trace.image)
+    flipped = error > QUARTER_STEP
+    astray = flipped & ~metrics.edges(trace.paths)
+    worst = error[~flipped].max(initial=0)
+    found = []
+    if astray.any():
+        found.append(f"{astray.sum()} pixels off by up to {error[astray].max():.2g} at no edge")
+    if flipped.sum() > case.flips:
+        found.append(f"{flipped.sum()} flips")
+    if worst > case.error:
+        found.append(f"off by {worst:.2g}")
+    return found
+
+
+# The case is the slowest to change: one truth serves all.
+@pytest.mark.parametrize("lanes", HARD_LANES, ids=lambda n: f"lanes{n}")
+@pytest.mark.parametrize("precision", ["robust", "double"])
+@every_case
+def test_hard_case(
+    request: pytest.FixtureRequest,
+    device: cl.Device,
+    case: HardCase,
+    precision: Precision,
+    lanes: int,
+) -> None:
+    if case.limit and precision == "robust":
+        request.applymarker(pytest.mark.xfail(reason=case.limit, strict=True))
+    image = renderer_of(device, precision, lanes).render(case.scene, *case.size)
+    assert not faults(case, image)
+
+
+@every_case
+def test_black_cases_are_black(case: HardCase) -> None:
+    if case.check == "black":
+        assert not truth_of(case).image.any()
+
+
+@pytest.mark.parametrize("case", [c for c in CASES if c.literal_fails], ids=lambda c: c.name)
+def test_the_papers_formula_fails(device: cl.Device, case: HardCase) -> None:
+    image = renderer_of(device, "literal", 16).render(case.scene, *case.size)
+    assert faults(case, image)
+
+
+unit = st.floats(0, 1)
+color = st.tuples(unit, unit, unit)
+place = st.tuples(st.floats(-3, 3), st.floats(-2, 2), st.floats(-6, 0.5))
+
+
+def decades(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda x: float(10**x))
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    """1 to 20 spheres around the view: small and large, giant, nested, touching, coincident."""
+    names = ("a", "b", "c")
+    materials = {
+        name: Material(
+            ambient=draw(color),
+            diffuse=draw(color),
+            specular=draw(color),
+            shininess=draw(st.sampled_from([4.0, 30.0, 100.0, 1e4])),
+            reflection=draw(st.sampled_from([0.0, 0.3, 0.9, 1.0])),
+        )
+        for name in names
+    }
+    spheres: list[Sphere] = []
+    for _ in range(draw(st.integers(1, 20))):
+        kind = draw(st.sampled_from(["free", "free", "giant", "nested", "touching", "coincident"]))
+        last = spheres[-1] if spheres else plane(1e4)
+        center, radius = last.center, last.radius
+        if kind == "free":
+            center, radius = draw(place), draw(decades(-3, 0.3))
+        elif kind == "giant":
+            up = (draw(st.floats(-0.5, 0.5)), 1.0, draw(st.floats(-0.5, 0.5)))
+            ground = plane(draw(decades(3, 9)), up, (0.0, draw(st.floats(-3, -0.5)), 0.0))
+            center, radius = ground.center, ground.radius
+        elif kind == "nested":
+            radius *= draw(st.floats(0.2, 0.99))
+        elif kind == "touching":
+            other = draw(decades(-2, 0))
+            angle = draw(st.floats(0, math.pi))
+            reach = radius + other
+            center = (
+                center[0] + reach * math.cos(angle),
+                center[1] + reach * math.sin(angle),
+                center[2],
+            )
+            radius = other
+        spheres.append(Sphere(center, radius, draw(st.sampled_from(names))))
+    eye = draw(st.tuples(st.floats(-1, 1), st.floats(0, 1), st.floats(1, 4)))
+    lights = draw(
+        st.lists(
+            st.tuples(st.floats(-9, 9), st.floats(0, 9), st.floats(0, 9)), min_size=1, max_size=3
+        )
+    )
+    # Ill-posed: whether a point on a surface sees it.
+    for point in (eye, *lights):
+        assume(all(abs(math.dist(point, s.center) - s.radius) > 1e-5 for s in spheres))
+    return Scene(
+        camera=Camera(
+            position=eye,
+            look_at=draw(place),
+            fov=draw(st.sampled_from([0.5, 10.0, 40.0, 90.0, 140.0])),
+        ),
+        lights=tuple(map(Light, lights)),
+        materials=materials,
+        spheres=tuple(spheres),
+        max_depth=draw(st.integers(1, 5)),
+    )
+
+
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(scene=scenes())
+def test_made_up_scenes(device: cl.Device, scene: Scene) -> None:
+    case = HardCase("made up", "", scene, size=(48, 32), dtype=np.longdouble, flips=9)
+    for precision in ("robust", "double"):
+        for lanes in HARD_LANES:
+            image = renderer_of(device, precision, lanes).render(scene, *case.size)
+            assert not faults(case, image)
