@@ -124,7 +124,7 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
     camera["eye"] = scale * eye_now
 
     materials = np.zeros(len(scene.materials), material_dtype(real))
-    materials["exponent"] = [min(m.shininess / 4, SHARP) for m in scene.materials.values()]
+    materials["exponent"] = [min(m.shininess / 8, SHARP) for m in scene.materials.values()]
     materials["reflection"] = [m.reflection for m in scene.materials.values()]
     lights = np.zeros(len(scene.lights), light_dtype(real))
     nearer = 1 / np.maximum(light_distance / (FAR * extent), 1)

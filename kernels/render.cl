@@ -29,15 +29,17 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
     reals inv_length = inverse_sqrt(length2);
     Vector through = vector(at.x, at.y, -1);
     Vector to_camera = scaled(through, -inv_length);
+#if defined(LITERAL) || defined(LONG_LENS)
     Vector eye = splat(camera->eye);
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
-#if defined(LITERAL) || defined(LONG_LENS)
 #ifdef LONG_LENS
     ray.origin = vector(at.x * eye.z, at.y * eye.z, 0);
 #endif
     Hit hit = nearest(ray, spheres, sphere_count);
     Vector point = along(ray.origin, hit.distance, ray.direction);
 #else
+    Vector eye = vector(0, 0, 0);
+    Ray ray = {eye, scaled(to_camera, -1), -1, -1};
     Hit hit = visible(at, length2, spheres, sphere_count);
     Vector point = scaled(through, hit.distance);
 #endif

@@ -2,7 +2,7 @@
 
 // 8 bytes as float32, 16 as float64.
 typedef struct {
-    real exponent;    // shininess / 4
+    real exponent;    // of (N.H)^2: shininess / 8
     real reflection;  // in [0, 1]
 } Material;
 
@@ -44,14 +44,14 @@ static Surface pick_surface(ints mask, Surface yes, Surface no) {
     return surface;
 }
 
-// cosine^exponent, from cosine^2 and sine^2: near 1 the sine has the digits that the cosine lost.
+// (cosine^2)^exponent. Near 1 it is sine^2 that has the digits.
 #ifdef DOUBLE
 static reals power(reals cosine2, reals sine2, reals exponent) {
     reals log_cosine2 = PICK(sine2 < 0.5, log1p(-sine2), log(cosine2));
-    return exp(0.5 * exponent * log_cosine2);
+    return exp(exponent * log_cosine2);
 }
 #else
-// As 2^(exponent log2(cosine)). The polynomials are minimax fits, off by 2^-25 of log2 and by 2^-29
+// As 2^(exponent log2(cosine2)). The polynomials are minimax fits, off by 2^-25 of log2 and by 2^-29
 // of 2^g. PoCL's own exp and log1p take thrice as long.
 static reals power(reals cosine2, reals sine2, reals exponent) {
     // cosine2 = (1 + f) 2^k with 1 + f in [2/3, 4/3)
@@ -63,7 +63,7 @@ static reals power(reals cosine2, reals sine2, reals exponent) {
                        f2 * (0.4808959663f - 0.3607895672f * f) +
                        f4 * ((0.2887113392f - 0.2367864996f * f) +
                              f2 * (0.2017991394f - 0.2222212703f * f) + f4 * 0.2027868629f);
-    reals y = 0.5f * exponent * (TO_REALS(k) + f * log2_per_f);
+    reals y = exponent * (TO_REALS(k) + f * log2_per_f);
     y = PICK(y > -126, y, -126);  // below is 0 anyway
     // Adding 1.5 * 2^23 rounds y to an integer, in the low bits.
     reals n = y + 12582912.0f;
@@ -76,7 +76,7 @@ static reals power(reals cosine2, reals sine2, reals exponent) {
 }
 #endif
 
-// max(N.H, 0)^exponent with H = h / |h|. The rounding of N.H would spoil large exponents: at
+// max(N.H, 0)^(2 exponent) with H = h / |h|. The rounding of N.H would spoil large ones: at
 // 25 / 2500 / 250000 pow(N.H) is off by 3e-6 / 3e-4 / 4e-2. The part of h at right angles to N
 // gives the sine of their angle, with which it is 2e-7 / 2e-6 / 3e-5. If h = 0, H is undefined and
 // N.H counts as 0.
@@ -85,7 +85,7 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
     reals inv_length = inverse_sqrt(dot3(h, h));
     reals cosine = along_normal * inv_length;
 #ifdef LITERAL
-    reals value = pow(cosine, exponent);
+    reals value = pow(cosine, 2 * exponent);
 #else
     Vector aside = along(h, -along_normal, normal);
     reals sine2 = dot3(aside, aside) * (inv_length * inv_length);
