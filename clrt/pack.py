@@ -113,7 +113,6 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
         ahead = _start(center, radius, half * np.hypot(1, wide(height) / width))
         for points in (center, position, eye_now):
             points[:, 2] += ahead
-    from_light = np.linalg.norm(position[:, np.newaxis] - center, axis=2)
     light_distance = np.linalg.norm(position, axis=1)
     extent = _extent(center, radius) or light_distance.max(initial=0) or wide(1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
@@ -146,9 +145,18 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
         materials,
         lights,
         shades,
-        encloses=(from_light < radius).astype(np.uint8),
+        encloses=encloses(scene),
         shadow_bias=bias,
     )
+
+
+def encloses(scene: Scene) -> Array:
+    """Which spheres the lights are inside of: (lights, spheres), uint8 0 or 1."""
+    light = np.array([light.position for light in scene.lights], np.longdouble).reshape(-1, 1, 3)
+    center = np.array([s.center for s in scene.spheres], np.longdouble).reshape(-1, 3)
+    radius = np.array([s.radius for s in scene.spheres], np.longdouble)
+    inside: Array = np.linalg.norm(light - center, axis=2) < radius
+    return inside.astype(np.uint8)
 
 
 def _is_giant(center: Array, radius: Array) -> Array:

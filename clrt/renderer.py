@@ -11,7 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 from clrt import data
 from clrt.device import find_device, label
 from clrt.errors import DeviceError, RequestError
-from clrt.pack import Real, pack
+from clrt.pack import Real, encloses, pack
 from clrt.scene import Scene
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ class Renderer:
         kernel = self.prepare(scene, dtype)
         film = np.empty(shape, dtype)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
-        camera, spheres, materials, lights, shades, encloses = map(
+        camera, spheres, materials, lights, shades, enclosing = map(
             self._upload,
             (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades,
              packed.encloses),
@@ -184,7 +184,7 @@ class Renderer:
                     np.int32(len(packed.lights)),
                     lights,
                     shades,
-                    encloses,
+                    enclosing,
                 )
                 done = cl.enqueue_nd_range_kernel(
                     self._queue, kernel, (items, len(band)), (GROUP, 1)
@@ -228,6 +228,7 @@ class Renderer:
             *FILMS[dtype],
             *["-DREFLECTION"] * scene.reflects,
             *["-DLONG_LENS"] * long_lens,
+            *["-DLIGHT_INSIDE"] * bool(encloses(scene).any()),
         )
         if options not in self._kernels:
             program = cl.Program(self._context, kernel_source())

@@ -115,7 +115,8 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
 // Whether some sphere stands between the ray's origin and the light, which is `distance` away. A light
 // outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff it is
 // beyond their middle, -b, half a chord from either. Which spheres the light is inside of, `encloses`,
-// the host knows: the sign of t^2 + 2 b t + c at the light is off by 2^-24 distance^2.
+// the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t + c at the light
+// is off by 2^-24 distance^2.
 static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
                      __global const Sphere *spheres, int sphere_count) {
     ints hidden = 0;
@@ -123,7 +124,10 @@ static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, s);
-        if (!encloses[s]) met &= -q.b < distance;
+#ifdef LIGHT_INSIDE
+        if (!encloses[s])
+#endif
+            met &= -q.b < distance;
         hidden |= met;
     }
     return hidden;

@@ -115,7 +115,7 @@ class Prober:
         self.context = cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
         program = cl.Program(self.context, kernel_source() + KERNELS)
-        program.build(options=renderer.build_options())
+        program.build(options=renderer.build_options("-DLIGHT_INSIDE"))
         self.kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
 
     def run(
