@@ -7,6 +7,8 @@ import struct
 import tempfile
 from pathlib import Path
 
+from clrt import data
+
 THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3; later versions
 
 
@@ -21,8 +23,7 @@ def prepare(threads: int | None) -> None:
         else:
             os.environ.setdefault(variable, str(len(os.sched_getaffinity(0))))
     # Where they cannot write a cache PoCL finds no device and PyOpenCL fails.
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    if not _writable(Path(cache)):
+    if not _writable(data.user_cache()):
         os.environ["XDG_CACHE_HOME"] = str(_temporary_cache())
 
 

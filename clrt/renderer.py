@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import data
+from clrt import program
 from clrt.device import find_device, label
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, encloses, pack
@@ -24,7 +24,6 @@ PRECISIONS: dict[Precision, Real] = {
     "double": np.float64,
 }
 LANES = (1, 2, 4, 8, 16)
-KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
 
 # The kernel's option for each kind of film; the last are paths.
 FILMS: dict[np.dtype[Any], list[str]] = {
@@ -218,8 +217,6 @@ class Renderer:
 
     def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> "cl.Kernel":
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
-        import pyopencl as cl
-
         dtype = np.dtype(dtype)
         if dtype not in FILMS:
             raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
@@ -231,14 +228,8 @@ class Renderer:
             *["-DLIGHT_INSIDE"] * bool(encloses(scene).any()),
         )
         if options not in self._kernels:
-            program = cl.Program(self._context, kernel_source())
-            try:
-                program.build(options=self.build_options(*options))
-            except cl.RuntimeError as error:
-                raise DeviceError(
-                    f"{label(self.device)} cannot compile the kernel: {first_error(str(error))}"
-                ) from None
-            self._kernels[options] = program.render
+            built = program.build(self._context, self.device, self.build_options(*options))
+            self._kernels[options] = built.render
         return self._kernels[options]
 
     def build_options(self, *options: str) -> list[str]:
@@ -255,17 +246,3 @@ def render(scene: Scene, width: int, height: int, **options: Any) -> NDArray[np.
     """
     with Renderer(**options) as renderer:
         return renderer.render(scene, width, height)
-
-
-def kernel_source() -> str:
-    """The kernel's source, one text of all files; #line names the file in error messages."""
-    folder = data.folder("kernels")
-    return "".join(
-        f'#line 1 "{name}.cl"\n' + (folder / f"{name}.cl").read_text() for name in KERNELS
-    )
-
-
-def first_error(log: str) -> str:
-    """The line of a build log that says what is wrong."""
-    lines = [line.strip() for line in log.splitlines()]
-    return next((line for line in lines if "error:" in line), lines[0])

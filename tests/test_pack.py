@@ -6,7 +6,8 @@ import pytest
 
 import clrt
 from clrt import pack
-from clrt.renderer import Renderer, kernel_source
+from clrt.program import kernel_source
+from clrt.renderer import Renderer
 
 STRUCTS = {
     "Camera": pack.camera_dtype,

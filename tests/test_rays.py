@@ -16,7 +16,8 @@ from conftest import renderer_for
 from numpy.typing import NDArray
 
 from clrt import pack
-from clrt.renderer import Precision, kernel_source
+from clrt.program import kernel_source
+from clrt.renderer import Precision
 
 Array = NDArray[Any]
 
