@@ -8,7 +8,7 @@ import hashlib
 import os
 import secrets
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from clrt import data
 from clrt.device import label
@@ -52,7 +52,7 @@ def build(context: "cl.Context", device: "cl.Device", options: list[str]) -> "cl
         message = f"{label(device)} cannot compile the kernel: {_first_error(str(error))}"
         raise DeviceError(message) from None
     with suppress(OSError, cl.Error):  # no cache: slower next time
-        binary = program.get_info(cl.program_info.BINARIES)[0]
+        (binary,) = cast(list[bytes], program.get_info(cl.program_info.BINARIES))
         path.parent.mkdir(parents=True, exist_ok=True)
         beside = path.with_suffix(f".{secrets.token_hex(4)}")
         beside.write_bytes(hashlib.sha256(binary).digest() + binary)
