@@ -2,7 +2,7 @@
 
 import click
 
-from benchmarks import accuracy, peers, speed
+from benchmarks import accuracy, animation, peers, speed
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -18,6 +18,7 @@ def main(context: click.Context, quick: bool) -> None:
 
 
 main.add_command(accuracy.command)
+main.add_command(animation.command)
 main.add_command(peers.command)
 main.add_command(speed.command)
 

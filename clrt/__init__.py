@@ -9,25 +9,29 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from clrt import reference
+    from clrt.animation import animate
     from clrt.errors import ClrtError, DeviceError, OutputError, RequestError, SceneError
     from clrt.renderer import Renderer, render
-    from clrt.scene import Camera, Light, Material, Scene, Sphere
+    from clrt.scene import Animation, Camera, Key, Light, Material, Scene, Sphere
     from clrt.scenefile import builtin_scenes, load_scene
 
 # Where each public name comes from. It is imported when it is first used, for the command line
 # needs little of it, and to import all takes as long as to render a 4K picture.
 _HOMES = {
+    "clrt.animation": ("animate",),
     "clrt.errors": ("ClrtError", "DeviceError", "OutputError", "RequestError", "SceneError"),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
-    "clrt.scene": ("Camera", "Light", "Material", "Scene", "Sphere"),
+    "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene", "Sphere"),
     "clrt.scenefile": ("builtin_scenes", "load_scene"),
 }
 
 __all__ = [
+    "Animation",
     "Camera",
     "ClrtError",
     "DeviceError",
+    "Key",
     "Light",
     "Material",
     "OutputError",
@@ -36,6 +40,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sphere",
+    "animate",
     "builtin_scenes",
     "load_scene",
     "reference",

@@ -63,6 +63,7 @@ def main() -> None:
     Examples:
       clrt render                                  the paper's scene at 4K
       clrt render my.toml -o my.png --width 1920 --height 1080
+      clrt animate                                 a video round that scene
       clrt check my.toml                           is the scene file right?
       clrt compare a.png b.png                     how far apart are two pictures?
       clrt devices                                 where can it run?
@@ -181,6 +182,135 @@ def render(
         click.echo(f"file {time.perf_counter() - rendered:.3f} s", err=True)
     if not quiet:
         click.echo(f"{output}: {width}x{height}, rendered in {rendered - compiled:.3f} s", err=True)
+
+
+def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:
+    """--frames A-B, both included, or one number."""
+    if text is None:
+        return None
+    first, dash, last = text.partition("-")
+    if not first.isdigit() or not (last.isdigit() if dash else True):
+        raise click.BadParameter(f"expected A-B, as 0-59, got {text!r}")
+    return range(int(first), int(last or first) + 1)
+
+
+@main.command()
+@click.argument("scene", default="orbit")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Default <scene>.mp4 here. The suffix chooses: .mp4 (needs the extra clrt[video]), "
+    ".webp .gif .apng; or a name with #### for numbered pictures of any still format.",
+)
+@click.option(
+    "--frames",
+    callback=_frames,
+    metavar="A-B",
+    help="Only these frames, both included; default: all of the scene's.",
+)
+@click.option(
+    "--step",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Only every Nth frame.",
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="X",
+    help="Frames a second; default: the scene's.",
+)
+@click.option("--width", type=click.IntRange(min=1), default=1920, show_default=True, metavar="N")
+@click.option("--height", type=click.IntRange(min=1), default=1080, show_default=True, metavar="N")
+@click.option(
+    "--crf",
+    type=click.IntRange(0, 51),
+    default=18,
+    show_default=True,
+    metavar="N",
+    help="Quality of .mp4: 0 is lossless, more is smaller.",
+)
+@click.option(
+    "--precision",
+    type=click.Choice(["robust", "literal", "double"]),
+    default="robust",
+    show_default=True,
+)
+@click.option("--device", metavar="TEXT", help="Part of a device's or platform's name.")
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Threads of PoCL; default: all cores.",
+)
+@click.option("--resume", is_flag=True, help="Leave out numbered pictures that are there already.")
+@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
+def animate(
+    scene: str,
+    output: Path | None,
+    frames: range | None,
+    step: int,
+    fps: float | None,
+    width: int,
+    height: int,
+    crf: int,
+    precision: Any,
+    device: str | None,
+    threads: int | None,
+    resume: bool,
+    quiet: bool,
+) -> None:
+    """Renders the animation of SCENE, a built-in scene's name or a TOML file; default: orbit.
+
+    \b
+    Examples:
+      clrt animate                                     orbit.mp4, 120 frames at 1920x1080
+      clrt animate my.toml -o small.webp --width 480 --height 270 --step 2
+      clrt animate my.toml -o 'frames/####.png' --frames 0-59     one half of the work
+      clrt animate my.toml -o 'frames/####.png' --resume          what is still missing
+    """
+    started = time.perf_counter()
+    import numpy as np
+    from tqdm import tqdm
+
+    from clrt import animation, image, video
+    from clrt.renderer import Renderer
+    from clrt.scenefile import load_scene
+
+    output = output or Path(f"{Path(scene).stem}.mp4")
+    video.check_output(output)
+    loaded = load_scene(scene)
+    every = animation.all_frames(loaded)
+    chosen = list(frames or every)[::step]
+    if not chosen or chosen[-1] not in every:
+        raise RequestError(f"--frames: expected frames from 0 to {every[-1]}")
+    pattern = video.is_pattern(output)
+    if resume and not pattern:
+        raise RequestError("--resume: expected an output with ####: a video is made in one go")
+    if resume:
+        chosen = [k for k in chosen if not video.numbered(output, k).exists()]
+    dtype = image.film_dtype(output) if pattern else np.uint8
+    with Renderer(precision=precision, device=device, threads=threads) as renderer:
+        rendered = animation.animate(
+            loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
+        )
+        bar = tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False)
+        if pattern:
+            for k, frame in zip(chosen, bar, strict=True):
+                image.save(video.numbered(output, k), frame)
+        else:
+            assert loaded.animation is not None  # or it would have no frames
+            video.save(output, bar, fps or loaded.animation.fps / step, crf)
+    if not quiet:
+        click.echo(
+            f"{output}: {len(chosen)} frames of {width}x{height} in "
+            f"{time.perf_counter() - started:.1f} s",
+            err=True,
+        )
 
 
 @main.command()

@@ -2,7 +2,8 @@
 
 import os
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -33,6 +34,15 @@ def check_output(path: Path) -> None:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise RequestError(f"{path}: expected a name that ends in one of {' '.join(SUFFIXES)}")
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Finds out whether a file of this name could be written.
+
+    Raises:
+        RequestError: it is a folder, or its folder is not there or not writable.
+    """
     if path.is_dir():
         raise RequestError(f"{path}: is a folder, expected a file's name")
     if not path.parent.is_dir():
@@ -49,16 +59,26 @@ def film_dtype(path: Path) -> type[np.uint8] | type[np.float32]:
 def save(path: Path, film: NDArray[Any]) -> None:
     """Writes a film: (height, width, 3) of film_dtype(path).
 
-    The file is written beside its place and then renamed, so that it is there whole or not at all.
-
     Raises:
         OutputError: it could not be written, or the format cannot hold it.
     """
     write = _write_bytes if film.dtype == np.uint8 else _WRITE_FLOATS[path.suffix.lower()]
+    with written_whole(path) as beside, beside.open("xb") as file:
+        write(file, path.suffix.lower(), film)
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Gives the name of a file to write, beside `path`, and then renames it to that.
+
+    So `path` is there whole or not at all, whatever happens meanwhile.
+
+    Raises:
+        OutputError: it could not be written, or the format cannot hold it.
+    """
     beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
-        with beside.open("xb") as file:
-            write(file, path.suffix.lower(), film)
+        yield beside
         beside.replace(path)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)

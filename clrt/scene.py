@@ -107,6 +107,44 @@ class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _require(good, "radius", "a finite number above 0", self.radius)
 
 
+class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where the camera is at a frame. What is None keeps the scene's camera's value."""
+
+    frame: int
+    position: Vec3 | None = None
+    look_at: Vec3 | None = None
+    up: Vec3 | None = None
+    fov: float | None = None
+
+    def __post_init__(self) -> None:
+        given = [key for key in MOVING if getattr(self, key) is not None]
+        _finite(self, given)
+
+
+MOVING = ("position", "look_at", "up", "fov")
+"""What of a camera a key can give."""
+
+
+class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How the camera moves. If the first and the last key say the same it goes round and round."""
+
+    frames: int
+    keys: tuple[Key, ...]
+    fps: float = 30.0
+    interpolation: Literal["smooth", "linear"] = "smooth"
+
+    def __post_init__(self) -> None:
+        _require(self.frames >= 1, "frames", "a whole number, at least 1", self.frames)
+        _require(0 < self.fps < math.inf, "fps", "a finite number above 0", self.fps)
+        _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
+        before = -1
+        for i, key in enumerate(self.keys):
+            good = before < key.frame <= self.frames
+            expected = f"a frame from {before + 1} to {self.frames}, after that of the key before"
+            _require(good, f"keys[{i}].frame", expected, key.frame)
+            before = key.frame
+
+
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything that a picture depends on but its size."""
 
@@ -118,6 +156,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Ray segments from the camera; 1 means no reflection."""
     shadow_bias: float = 0.0
     """World units that a hit point is lifted off its surface; 0 is the exact geometry."""
+    animation: Animation | None = None
 
     def __post_init__(self) -> None:
         _require(self.max_depth >= 1, "max_depth", "a whole number, at least 1", self.max_depth)

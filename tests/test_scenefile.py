@@ -72,6 +72,17 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("[camera]", "[[camera]]", "camera: expected `object`"),
         ("look_at = [0.0, 0.0, 0.0]", "", "camera.look_at: expected a value, got none"),
         ("max_depth = 3", "max_depth == 3", "not TOML: "),
+        ("[camera]", "[animation]\nframes = 9\n[camera]", "animation.keys: expected a value"),
+        (
+            "[camera]",
+            "[animation]\nframes = 9\nkeys = [{frame = 3}, {frame = 2}]\n[camera]",
+            "animation.keys[1].frame: expected a frame from 4 to 9",
+        ),
+        (
+            "[camera]",
+            "[animation]\nframes = 9\nkeys = [{frame = 3}, {frame = 4, fov = inf}]\n[camera]",
+            "animation.keys[1].fov: expected a finite number",
+        ),
     ],
 )
 def test_names_file_key_and_what_was_expected(

@@ -1,0 +1,122 @@
+"""Videos: frames encoded by the suffix of the file's name, written whole or not at all."""
+
+from collections.abc import Callable, Iterable, Iterator
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clrt import image
+from clrt.errors import OutputError, RequestError
+
+Frames = Iterable[NDArray[np.uint8]]
+
+# Pillow's name of each format, and what it is told. Pillow keeps all frames until it has the last.
+PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
+    ".webp": ("WEBP", {"quality": 70, "method": 2}),
+    ".gif": ("GIF", {}),
+    ".apng": ("PNG", {"compress_level": 1}),
+}
+SUFFIXES = (".mp4", *PICTURES)
+
+
+def is_pattern(path: Path) -> bool:
+    """Whether the name stands for numbered pictures: it has #s where the number goes."""
+    return "#" in path.name
+
+
+def numbered(path: Path, frame: int) -> Path:
+    """The name of a frame's picture: #### becomes 0007."""
+    hashes = path.name.count("#")
+    return path.with_name(path.name.replace("#" * hashes, f"{frame:0{hashes}d}"))
+
+
+def check_output(path: Path) -> None:
+    """Finds out before rendering what would fail after it.
+
+    Raises:
+        RequestError: the suffix names no format, the folder is not there, or PyAV is not.
+    """
+    if is_pattern(path):
+        if "#" * path.name.count("#") not in path.name:
+            raise RequestError(f"{path}: expected all # in one place")
+        image.check_output(numbered(path, 0))
+        return
+    if path.suffix.lower() not in SUFFIXES:
+        known = " ".join(SUFFIXES)
+        raise RequestError(
+            f"{path}: expected a name that ends in {known}, or has #### for a number"
+        )
+    image.check_folder(path)
+    if path.suffix.lower() == ".mp4":
+        try:
+            import av  # noqa: F401
+        except ImportError:
+            raise RequestError(f"{path}: .mp4 needs PyAV: pip install 'clrt[video]'") from None
+
+
+def save(path: Path, frames: Frames, fps: float, crf: int) -> None:
+    """Encodes frames, (height, width, 3) uint8 each, at least one.
+
+    Args:
+        fps: frames a second.
+        crf: of .mp4: from 0, lossless, to 51; 18 is hard to tell from the picture.
+
+    Raises:
+        OutputError: it could not be written.
+    """
+    write: Callable[[Path, Iterator[NDArray[np.uint8]]], None]
+    if path.suffix.lower() == ".mp4":
+        write = lambda beside, rest: _write_mp4(beside, rest, fps, crf)  # noqa: E731
+    else:
+        name, options = PICTURES[path.suffix.lower()]
+        write = lambda beside, rest: _write_pictures(beside, rest, fps, name, options)  # noqa: E731
+    with image.written_whole(path) as beside:
+        write(beside, iter(frames))
+
+
+def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf: int) -> None:
+    import av
+
+    first = next(frames)
+    height, width, _ = first.shape
+    # H.264 as browsers play it, yuv420p, has a colour for each 2 x 2 pixels: odd sizes get another
+    # row or column, like the last.
+    padding = ((0, height % 2), (0, width % 2), (0, 0))
+    try:
+        with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as file:
+            stream = file.add_stream("libx264", rate=Fraction(fps).limit_denominator(1001))
+            stream.width, stream.height = width + width % 2, height + height % 2
+            stream.pix_fmt = "yuv420p"
+            stream.options = {"crf": str(crf), "preset": "veryfast"}
+            for frame in chain([first], frames):
+                padded = np.pad(frame, padding, "edge") if height % 2 or width % 2 else frame
+                file.mux(stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")))
+            file.mux(stream.encode())
+    except av.FFmpegError as error:
+        raise OutputError(f"{path}: cannot be encoded: {error}") from None
+
+
+def _write_pictures(
+    path: Path,
+    frames: Iterator[NDArray[np.uint8]],
+    fps: float,
+    name: str,
+    options: dict[str, Any],
+) -> None:
+    from PIL import Image
+
+    first, *rest = map(Image.fromarray, frames)
+    with path.open("xb") as file:
+        first.save(
+            file,
+            name,
+            save_all=True,
+            append_images=rest,
+            duration=1000 / fps,
+            loop=0,
+            **options,
+        )
