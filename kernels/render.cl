@@ -1,7 +1,8 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1. Everything else about a scene is run-time data.
+// max_depth is more than 1. The other things that a scene may have or not are LONG_LENS (camera.cl) and
+// LIGHT_INSIDE (sphere.cl); everything else about it is run-time data.
 
 // Most packets hit one sphere only, `first`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, with its index in `s`, a

@@ -81,7 +81,7 @@ static ints ahead(Quadratic q, Ray ray, int s) {
 typedef struct {
     ints sphere;     // the index of the sphere hit first; -1: none
     reals distance;  // in units of the ray's direction
-    int some;        // if any lane hits, the index of a sphere that a lane may have hit
+    int some;        // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
 
 static Hit no_hit(void) {
@@ -94,7 +94,7 @@ static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     ints mask = candidates & (distance < hit.distance);
     hit.sphere = PICK_INT(mask, s, hit.sphere);
     hit.distance = PICK(mask, distance, hit.distance);
-    hit.some = s;
+    if (ANY(mask)) hit.some = s;
     return hit;
 }
 
