@@ -131,7 +131,7 @@ def plot(points: list[dict[str, Any]], path: Any) -> None:
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel="kernel time of a 3840x2160 picture, ms",
+        xlabel="kernel time of the picture, ms",
         ylabel="RMS error against the exact truth",
         title="Speed against error: lower left is better",
     )

@@ -1,7 +1,7 @@
 """The paper's program, as sections 11.1 to 11.11 print it: one pixel at a time, in Python.
 
 It serves as a peer to time and, in the tests, as the check of the "seed" reference. The only
-difference is max(N.H, 0), see the design of the reference; for one light, and a camera at
+difference is max(N.H, 0), without which a real exponent gives NaN; for one light, and a camera at
 (0, 0, 1) that looks along -z.
 """
 

@@ -121,7 +121,7 @@ def plot(figures: list[dict[str, Any]], path: Any) -> None:
     times = [1e3 * f["median"] for f in figures]
     bars = axes.barh(names, times, color=["tab:green", "tab:blue"] + ["tab:gray"] * len(names))
     axes.bar_label(bars, [f"{t:,.0f}" for t in times], padding=3)
-    axes.set(xscale="log", xlabel="ms for the 3840x2160 picture, two cores; lower is better")
+    axes.set(xscale="log", xlabel="ms for the picture; lower is better")
     axes.set_xlim(right=max(times) * 4)
     axes.invert_yaxis()
     drawn.savefig(path, dpi=110)

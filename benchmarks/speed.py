@@ -63,7 +63,7 @@ def kernel(width: int, height: int, turns: int, yardstick: Path | None) -> list[
         frames = 21 if lanes == 16 else 3
         renderer = Renderer(lanes=lanes)
         timed = harness.kernel_time(renderer, scene, width, height, np.uint8, frames)
-        contenders[f"{lanes} lanes, 8-bit film"] = timed
+        contenders[f"{lanes} lane{'s' * (lanes > 1)}, 8-bit film"] = timed
     renderer = Renderer(lanes=16)
     timed = harness.kernel_time(renderer, scene, width, height, np.float32, 5)
     contenders["16 lanes, float32 film"] = timed

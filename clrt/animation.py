@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,8 @@ def animate(
     cameras = [camera_at(scene, k) for k in (all_frames(scene) if frames is None else frames)]
 
     def rendered() -> Iterator[Array]:
-        used = renderer or Renderer()
-        with ThreadPoolExecutor(1) as ahead:
+        own = Renderer() if renderer is None else nullcontext(renderer)
+        with own as used, ThreadPoolExecutor(1) as ahead:
             under_way = None
             for camera in cameras:
                 submitted = ahead.submit(
@@ -83,9 +84,9 @@ def camera_at(scene: Scene, frame: int) -> Camera:
     span = at[i + 1] - at[i]
     u = (now - at[i]) / span
     moved: dict[str, Any] = {}
-    loop = all(np.array_equal(*_values(scene, name)[[0, -1]]) for name in MOVING)
-    for name in MOVING:
-        values = _values(scene, name)
+    path = {name: _values(scene, name) for name in MOVING}
+    loop = all(np.array_equal(values[0], values[-1]) for values in path.values())
+    for name, values in path.items():
         start, end = values[i], values[i + 1]
         if animation.interpolation == "linear":
             value = (1 - u) * start + u * end

@@ -150,13 +150,11 @@ def render(
     output = output or Path(f"{Path(scene).stem}.png")
     check_output(output)
     loaded = load_scene(scene)
-    if max_depth is not None:
-        loaded = replace(loaded, max_depth=max_depth)
-    if shadow_bias is not None:
-        try:
-            loaded = replace(loaded, shadow_bias=shadow_bias)
-        except ValueError as error:
-            raise RequestError(f"--shadow-bias: {error}") from None
+    changes = {"max_depth": max_depth, "shadow_bias": shadow_bias}
+    try:
+        loaded = replace(loaded, **{key: v for key, v in changes.items() if v is not None})
+    except ValueError as error:
+        raise RequestError(str(error)) from None
     ready = time.perf_counter()
     with Renderer(
         precision=precision, lanes=int(lanes) if lanes else None, device=device, threads=threads
@@ -220,7 +218,7 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
 )
 @click.option(
     "--fps",
-    type=click.FloatRange(min=0, min_open=True),
+    type=float,
     metavar="X",
     help="Frames a second; default: the scene's.",
 )
@@ -275,6 +273,7 @@ def animate(
     """
     started = time.perf_counter()
     import numpy as np
+    from msgspec.structs import replace
     from tqdm import tqdm
 
     from clrt import animation, image, video
@@ -285,7 +284,12 @@ def animate(
     video.check_output(output)
     loaded = load_scene(scene)
     every = animation.all_frames(loaded)
-    chosen = list(frames or every)[::step]
+    assert loaded.animation is not None  # or it would have no frames
+    try:
+        moves = replace(loaded.animation, fps=loaded.animation.fps / step if fps is None else fps)
+    except ValueError as error:
+        raise RequestError(f"--{error}") from None
+    chosen = list(every if frames is None else frames)[::step]
     if not chosen or chosen[-1] not in every:
         raise RequestError(f"--frames: expected frames from 0 to {every[-1]}")
     pattern = video.is_pattern(output)
@@ -303,8 +307,7 @@ def animate(
             for k, frame in zip(chosen, bar, strict=True):
                 image.save(video.numbered(output, k), frame)
         else:
-            assert loaded.animation is not None  # or it would have no frames
-            video.save(output, bar, fps or loaded.animation.fps / step, crf)
+            video.save(output, bar, moves.fps, crf)
     if not quiet:
         click.echo(
             f"{output}: {len(chosen)} frames of {width}x{height} in "

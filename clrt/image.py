@@ -6,14 +6,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.errors import OutputError, RequestError
+from clrt.errors import ClrtError, OutputError, RequestError
 
-# Pillow's name for each 8-bit format and what it is told. PNG: level 1 takes two thirds of the
-# time of level 6 for a third more bytes.
+# Pillow's name for each 8-bit format and what it is told. PNG: level 1 takes 0.6 of
+# the time of level 6 for 1.6 times the bytes.
 BYTE_FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
     ".png": ("PNG", {"compress_level": 1}),
     ".jpg": ("JPEG", {"quality": 95, "subsampling": 0}),
@@ -80,6 +81,8 @@ def written_whole(path: Path) -> Iterator[Path]:
     try:
         yield beside
         beside.replace(path)
+    except ClrtError:  # not of the writing
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"{path}: cannot be written: {reason}") from None
@@ -101,13 +104,15 @@ def load(path: Path) -> NDArray[np.float32]:
         else:
             from PIL import Image
 
+            Image.MAX_IMAGE_PIXELS = None  # clrt writes larger ones itself
             with Image.open(path) as opened:
                 image = np.asarray(opened.convert("RGB"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EOFError, SyntaxError, BadZipFile) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise RequestError(f"{path}: cannot be read: {reason}") from None
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype.kind not in "fu":
-        raise RequestError(f"{path}: expected an array of shape (height, width, 3)")
+    good = isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3
+    if not good or (image.dtype != np.uint8 and image.dtype.kind != "f"):
+        raise RequestError(f"{path}: expected float or uint8 of shape (height, width, 3)")
     scale = 255 if image.dtype == np.uint8 else 1
     linear: NDArray[np.float32] = image.astype(np.float32) / np.float32(scale)
     return linear

@@ -10,7 +10,7 @@ from clrt.errors import RequestError
 
 Array: TypeAlias = NDArray[Any]
 
-STEP = 1 / 1020
+QUARTER_STEP = 1 / 1020
 """A quarter of an 8-bit step: an error that no 8-bit picture shows, but for a rounding."""
 
 
@@ -33,9 +33,9 @@ class Difference:
     over_255: int
     """Pixels off by more than 1/255, one step of an 8-bit picture."""
     over_1020: int
-    """Pixels off by more than STEP."""
+    """Pixels off by more than QUARTER_STEP."""
     flips: int
-    """Pixels whose paths differ; where those are not known, pixels off by more than STEP."""
+    """Pixels whose paths differ; where paths are not known, as over_1020."""
     interior_flips: int
     """Flips that are not within a pixel of an edge of the other picture."""
     max_off_flips: float
@@ -64,7 +64,7 @@ def difference(
     square = np.nanmean((_clipped(a) - _clipped(b)) ** 2)
     p50, p99, p999 = np.percentile(error, (50, 99, 99.9))
     if paths_a is None or paths_b is None:
-        flips = error > STEP
+        flips = error > QUARTER_STEP
         interior = ~edges(np.rint(32 * _clipped(b)).astype(np.int64) @ [1, 64, 4096])
     else:
         flips = paths_a != paths_b
@@ -78,7 +78,7 @@ def difference(
         p99=float(p99),
         p999=float(p999),
         over_255=int((error > 1 / 255).sum()),
-        over_1020=int((error > STEP).sum()),
+        over_1020=int((error > QUARTER_STEP).sum()),
         flips=int(flips.sum()),
         interior_flips=int((flips & interior).sum()),
         max_off_flips=float(error[~flips].max(initial=0)),

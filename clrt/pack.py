@@ -18,7 +18,7 @@ Real: TypeAlias = type[np.float32] | type[np.float64]
 GIANT = 4.0
 """A sphere is a giant if its radius is over this many times the camera's distance from its surface.
 
-|f|^2 - r^2 of any other sphere is off by up to 3 * 2^-24 r^2, which moves its surface by
+Near the surface of any other sphere |f|^2 - r^2 is off by up to 3 * 2^-24 r^2, which moves it by
 1.5 * 2^-24 r: at most 6 units in the last place of that distance.
 """
 
@@ -225,7 +225,7 @@ def _view(center: Array, radius: Array) -> Array:
     """Where each sphere can show on the screen one unit ahead: left, right, bottom, top, (n, 4).
 
     Along each axis a sphere lies between two angles as seen from the camera, which is at the
-    origin. The margin of 1e-6 is ten times what float32 can move a silhouette by.
+    origin. The margin of 1e-6 is more than the 4 * 2^-24 (1 + r/D) that float32 moves a silhouette.
     """
     view = np.empty((len(radius), 4))
     behind = np.pi / 2

@@ -13,7 +13,8 @@ THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3
 
 
 def prepare(threads: int | None) -> None:
-    """Sets the environment that PoCL reads when it starts; what the user has set stays.
+    """Sets the environment that PoCL reads when it starts; what the user has set stays,
+    unless `threads` says otherwise.
 
     threads: None means every core that this process may use.
     """

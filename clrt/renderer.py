@@ -35,17 +35,18 @@ FILMS: dict[np.dtype[Any], list[str]] = {
 # The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
 # there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
-# Rows are rendered in bands of about this many pixels, two of them under way at a time: small
-# enough for a progress bar, large enough to cost nothing (README, "How fast?").
+# Rows are rendered in bands of about this many pixels, up to three under way at a time: small
+# enough for a progress bar, large enough to cost nothing (half or twice as many take as long).
 BAND = 1 << 20
+LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
 
 
 class Renderer:
     """Renders scenes on one device, keeping what was compiled.
 
     Args:
-        precision: "robust" (float32, the split formula), "literal" (float32, the paper's formula
-            as it stands) or "double" (float64).
+        precision: "robust" (float32, the split formula), "literal" (float32, the paper's
+            formulas as they stand) or "double" (float64).
         lanes: pixels that a work-item traces in lock step, one of LANES; default: the device's
             native vector width.
         device: part of a device's or platform's name; default: the first CPU.
@@ -139,8 +140,9 @@ class Renderer:
         import pyopencl as cl
 
         height, width = shape[:2]
-        if width < 1 or height < 1:
-            raise RequestError(f"size: expected at least 1x1 pixels, got {width}x{height}")
+        if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+            expected = f"1 to {LARGEST} pixels each way"
+            raise RequestError(f"size: expected {expected}, got {width}x{height}")
         kernel = self.prepare(scene, dtype)
         film = np.empty(shape, dtype)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
@@ -203,6 +205,8 @@ class Renderer:
                     finish_oldest()
             while under_way:
                 finish_oldest()
+        except cl.Error as error:
+            raise DeviceError(f"{label(self.device)} cannot render this: {error}") from None
         finally:
             self._queue.finish()  # the device writes to the film: an error must not free it
         return film

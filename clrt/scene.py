@@ -135,7 +135,7 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         _require(self.frames >= 1, "frames", "a whole number, at least 1", self.frames)
-        _require(0 < self.fps < math.inf, "fps", "a finite number above 0", self.fps)
+        _require(0.001 <= self.fps <= 1000, "fps", "a number from 0.001 to 1000", self.fps)
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
         before = -1
         for i, key in enumerate(self.keys):
@@ -159,7 +159,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     animation: Animation | None = None
 
     def __post_init__(self) -> None:
-        _require(self.max_depth >= 1, "max_depth", "a whole number, at least 1", self.max_depth)
+        good = 1 <= self.max_depth < 2**31
+        _require(good, "max_depth", "a whole number, at least 1 and below 2^31", self.max_depth)
         good = 0 <= self.shadow_bias < math.inf
         _require(good, "shadow_bias", "a finite number, at least 0", self.shadow_bias)
         for i, sphere in enumerate(self.spheres):

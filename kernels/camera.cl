@@ -23,7 +23,7 @@ typedef struct {
 } Pixels;
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
-// (paper, section 11.1). 2 j - last is exact, so x and y are off by 2^-24 of themselves and the
+// (paper, section 11.1). 2 j - last is exact up to 2^24 pixels, so x and y are off by 2^-23 of themselves and the
 // picture is symmetric to the last bit; linspace of one number is its start, here as well.
 static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     int first = 2 * column - camera->last[0];

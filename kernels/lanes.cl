@@ -17,6 +17,9 @@
 #ifndef __has_builtin
 #define __has_builtin(name) 0
 #endif
+#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_max)
+#define REDUCES
+#endif
 
 #ifdef DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -47,7 +50,7 @@ typedef float real;
 #else
 #define LANE ((ints)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
-#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_max)
+#ifdef REDUCES
 // PoCL's any() is a call that spills every vector register; these become a few instructions.
 #define ANY(mask) (__builtin_reduce_or(mask) != 0)
 #define GREATEST(n) ((int)__builtin_reduce_max(n))
@@ -67,7 +70,7 @@ typedef LANES_OF(INTEGER) ints;
 #define PICK(mask, yes, no) ((mask) ? (reals)(yes) : (reals)(no))
 #define PICK_INT(mask, yes, no) ((mask) ? (ints)(yes) : (ints)(no))
 
-#if LANES > 1 && !__has_builtin(__builtin_reduce_max)
+#if LANES > 1 && !defined(REDUCES)
 static int greatest(ints n) {
     __private ints all[1] = {n};
     __private const INTEGER *each = (__private const INTEGER *)all;

@@ -15,7 +15,8 @@
 // FNV's prime: paths are hashed here as in clrt/reference.py.
 #define HASHED(mask, path, value) PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
 
-// film: this band of rows, width * CHANNELS each. Global size: (packets of a row, rows).
+// film: this band of rows, width * CHANNELS each. Global size: (packets of a row,
+// rounded up to whole work-groups; rows).
 __kernel void render(__global channel *film, int width, int first_row, int max_depth,
                      real shadow_bias, __global const Camera *camera, int sphere_count,
                      __global const Sphere *spheres, int material_count,
@@ -49,7 +50,7 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
     reals weight = 1;  // the product of the reflections so far
     ints path = 0;
     for (int depth = 1; ANY(hit.sphere >= 0); depth++) {
-        int first = hit.some;
+        int first = hit.candidate;
         Surface surface = surface_at(point, spheres + first, materials);
         ray.leaves = hit.sphere;
         ray.all_leave = first;
@@ -57,6 +58,9 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
             surface = pick_surface(mine, surface_at(point, spheres + s, materials), surface);
             ray.all_leave = -1;
         }
+#ifdef LITERAL
+        ray.all_leave = -1;  // that sphere is tested like any other
+#endif
         Vector normal = surface.normal;
         ray.origin = along(point, shadow_bias, normal);
 #ifdef FILM_PATHS

@@ -5,8 +5,8 @@
 // delta = b^2 - c > 0 and both roots are positive, that is b < 0 and c > 0: a sphere cannot be seen
 // from inside.
 //
-// The host defines LITERAL for the paper's formula as it stands, in this precision: the baseline
-// that the rest is measured against. It makes no sphere a giant then.
+// The host defines LITERAL for the paper's formula as it stands, in this precision, with every sphere
+// tested: the baseline that the rest is measured against. It makes no sphere a giant then.
 
 // 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space, see
 // camera.cl.
@@ -77,11 +77,20 @@ static ints ahead(Quadratic q, Ray ray, int s) {
     return hit;
 }
 
+// Not -b - sqrt(delta), which cancels near a surface. NaN where the ray misses.
+static reals smaller_root(Quadratic q) {
+#ifdef LITERAL
+    return -q.b - sqrt(q.delta);
+#else
+    return q.c / (sqrt(q.delta) - q.b);
+#endif
+}
+
 // What nearest() and visible() find in each lane.
 typedef struct {
     ints sphere;     // the index of the sphere hit first; -1: none
     reals distance;  // in units of the ray's direction
-    int some;        // if any lane hits, the sphere that was last found closer in any of them
+    int candidate;   // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
 
 static Hit no_hit(void) {
@@ -94,7 +103,7 @@ static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     ints mask = candidates & (distance < hit.distance);
     hit.sphere = PICK_INT(mask, s, hit.sphere);
     hit.distance = PICK(mask, distance, hit.distance);
-    if (ANY(mask)) hit.some = s;
+    if (ANY(mask)) hit.candidate = s;
     return hit;
 }
 
@@ -104,10 +113,7 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
         ints candidates = ahead(q, ray, s);
-        if (ANY(candidates)) {  // the other lanes have NaN for a root
-            // Not -b - sqrt(delta), which cancels near a surface.
-            hit = closer(hit, candidates, q.c / (sqrt(q.delta) - q.b), s);
-        }
+        if (ANY(candidates)) hit = closer(hit, candidates, smaller_root(q), s);
     }
     return hit;
 }
@@ -124,10 +130,14 @@ static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, s);
+#ifdef LITERAL
+        met &= smaller_root(q) < distance;
+#else
 #ifdef LIGHT_INSIDE
         if (!encloses[s])
 #endif
             met &= -q.b < distance;
+#endif
         hidden |= met;
     }
     return hidden;

@@ -13,9 +13,8 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike
 
 from clrt import Camera, Light, Material, Scene, Sphere, load_scene
+from clrt.metrics import QUARTER_STEP
 from clrt.scene import Vec3
-
-QUARTER_STEP = 1 / 1020  # of an 8-bit picture: what nobody can see
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity: a scene has no hash

@@ -83,6 +83,11 @@ def test_unreadable(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"nothing of the kind")
         with pytest.raises(RequestError, match="cannot be read"):
             image.load(tmp_path / name)
-    np.save(tmp_path / "flat.npy", np.zeros(5))
-    with pytest.raises(RequestError, match="expected an array of shape"):
-        image.load(tmp_path / "flat.npy")
+    for spoilt in (b"", b"PK\3\4 not a zip"):
+        (tmp_path / "a.npy").write_bytes(spoilt)
+        with pytest.raises(RequestError, match="cannot be read"):
+            image.load(tmp_path / "a.npy")
+    for array in (np.zeros(5), np.zeros((2, 2, 3), np.uint16)):
+        np.save(tmp_path / "b.npy", array)
+        with pytest.raises(RequestError, match="expected float or uint8 of shape"):
+            image.load(tmp_path / "b.npy")

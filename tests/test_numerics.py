@@ -8,10 +8,11 @@ import numpy as np
 import pyopencl as cl
 import pytest
 from conftest import renderer_for
-from hard_cases import CASES, QUARTER_STEP, HardCase, plane
+from hard_cases import CASES, HardCase, plane
 from hypothesis import assume, given, settings
 
 from clrt import Camera, Light, Material, Scene, Sphere, metrics, reference
+from clrt.metrics import QUARTER_STEP
 from clrt.renderer import Precision, Renderer
 
 HARD_LANES = (1, 16)  # the two ways that the kernel's source can be read

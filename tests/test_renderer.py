@@ -3,7 +3,9 @@
 import gc
 
 import numpy as np
+import pyopencl as cl
 import pytest
+from conftest import renderer_for
 from msgspec.structs import replace
 
 import clrt
@@ -79,6 +81,13 @@ def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) 
     rows: list[int] = []
     assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
     assert rows == [7, 7, 7, 7, 7, 5]
+
+
+def test_literal_is_the_papers_formula(device: cl.Device, lanes: int, truths) -> None:
+    """In float32, so only nearly so: NumPy's float32 has as many flips."""
+    scene, trace = truths["four-spheres", SIZES[0], "seed"]
+    image = renderer_for(device, lanes, "literal").render(scene, *SIZES[0])
+    assert (metrics.pixel_error(image, trace.image) > metrics.QUARTER_STEP).sum() <= 20
 
 
 def test_empty_and_unlit_scenes_are_black(renderer: Renderer) -> None:

@@ -64,6 +64,7 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("shininess = 100.0", "shininess = 1\nreflection = 1.1", "materials.red.reflection: "),
         ("[5.0, 5.0, 5.0]", "[5.0, 5.0, 5.0]\ntype = 'spot'", "lights[0].type: "),
         ("max_depth = 3", "max_depth = 0", "max_depth: expected a whole number, at least 1"),
+        ("max_depth = 3", "max_depth = 3000000000", "max_depth: expected a whole number"),
         ("max_depth = 3", "max_depth = 2.5", "max_depth: expected `int`"),
         ("max_depth = 3", "depth = 3", "depth: unknown key"),
         ("max_depth = 3", "max_depth = 2020-01-01", "max_depth: expected `int`"),
