@@ -1,14 +1,17 @@
 """The command line. What a command needs is imported when it runs: --help stays quick."""
 
 import math
+import re
+import signal
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import click
 
-from clrt.errors import ClrtError, RequestError
+from clrt.errors import ClrtError, RequestError, SceneError
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -18,10 +21,14 @@ class Commands(click.Group):
     """Turns clrt's errors into one line on stderr and an exit status."""
 
     def invoke(self, context: click.Context) -> Any:
+        # Ended so, a process still removes the file that it is writing.
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
         try:
             return super().invoke(context)
         except ClrtError as error:
-            click.echo(f"clrt: {error}", err=True)
+            # What a scene file says goes to the terminal as text only, on one line.
+            text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
+            click.echo(f"clrt: {text}", err=True)
             context.exit(error.exit_status)
         except MemoryError:
             click.echo("clrt: not enough memory for a picture of this size", err=True)
@@ -111,7 +118,7 @@ def main() -> None:
 )
 @click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=click.IntRange(min=1, max=1024),
     metavar="N",
     help="Threads of PoCL; default: all cores.",
 )
@@ -186,10 +193,10 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
     """--frames A-B, both included, or one number."""
     if text is None:
         return None
-    first, dash, last = text.partition("-")
-    if not first.isdigit() or not (last.isdigit() if dash else True):
+    found = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", text)
+    if found is None:
         raise click.BadParameter(f"expected A-B, as 0-59, got {text!r}")
-    return range(int(first), int(last or first) + 1)
+    return range(int(found[1]), int(found[2] or found[1]) + 1)
 
 
 @main.command()
@@ -241,7 +248,7 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
 @click.option("--device", metavar="TEXT", help="Part of a device's or platform's name.")
 @click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=click.IntRange(min=1, max=1024),
     metavar="N",
     help="Threads of PoCL; default: all cores.",
 )
@@ -283,13 +290,16 @@ def animate(
     output = output or Path(f"{Path(scene).stem}.mp4")
     video.check_output(output)
     loaded = load_scene(scene)
-    every = animation.all_frames(loaded)
+    try:
+        every = animation.all_frames(loaded)
+    except SceneError as error:
+        raise SceneError(f"{scene}: {error}") from None
     assert loaded.animation is not None  # or it would have no frames
     try:
         moves = replace(loaded.animation, fps=loaded.animation.fps / step if fps is None else fps)
     except ValueError as error:
         raise RequestError(f"--{error}") from None
-    chosen = list(every if frames is None else frames)[::step]
+    chosen: Sequence[int] = (every if frames is None else frames)[::step]
     if not chosen or chosen[-1] not in every:
         raise RequestError(f"--frames: expected frames from 0 to {every[-1]}")
     pattern = video.is_pattern(output)
@@ -299,9 +309,12 @@ def animate(
         chosen = [k for k in chosen if not video.numbered(output, k).exists()]
     dtype = image.film_dtype(output) if pattern else np.uint8
     with Renderer(precision=precision, device=device, threads=threads) as renderer:
-        rendered = animation.animate(
-            loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
-        )
+        try:
+            rendered = animation.animate(
+                loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
+            )
+        except SceneError as error:
+            raise SceneError(f"{scene}: {error}") from None
         bar = tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False)
         if pattern:
             for k, frame in zip(chosen, bar, strict=True):
@@ -338,9 +351,16 @@ def devices(verbose: bool) -> None:
 @click.argument("scene")
 def check(scene: str) -> None:
     """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it."""
+    from clrt import animation
     from clrt.scenefile import load_scene
 
     loaded = load_scene(scene)
+    try:
+        if loaded.animation is not None:
+            for frame in animation.all_frames(loaded):
+                animation.camera_at(loaded, frame)
+    except SceneError as error:
+        raise SceneError(f"{scene}: {error}") from None
     click.echo(
         f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "
         f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "

@@ -3,7 +3,7 @@
 import os
 import secrets
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 from zipfile import BadZipFile
@@ -44,9 +44,13 @@ def check_folder(path: Path) -> None:
     Raises:
         RequestError: it is a folder, or its folder is not there or not writable.
     """
-    if path.is_dir():
+    try:
+        is_folder, has_folder = path.is_dir(), path.parent.is_dir()
+    except OSError as error:
+        raise RequestError(f"{path}: {error.strerror}") from None
+    if is_folder:
         raise RequestError(f"{path}: is a folder, expected a file's name")
-    if not path.parent.is_dir():
+    if not has_folder:
         raise RequestError(f"{path}: the folder {path.parent} does not exist")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise RequestError(f"{path}: the folder {path.parent} is not writable")
@@ -77,17 +81,18 @@ def written_whole(path: Path) -> Iterator[Path]:
     Raises:
         OutputError: it could not be written, or the format cannot hold it.
     """
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    beside = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
         yield beside
         beside.replace(path)
     except ClrtError:  # not of the writing
         raise
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError, OverflowError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"{path}: cannot be written: {reason}") from None
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
 
 
 def load(path: Path) -> NDArray[np.float32]:
@@ -110,7 +115,9 @@ def load(path: Path) -> NDArray[np.float32]:
     except (OSError, ValueError, EOFError, SyntaxError, BadZipFile) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise RequestError(f"{path}: cannot be read: {reason}") from None
-    good = isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3
+    good = (
+        isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3 and image.size > 0
+    )
     if not good or (image.dtype != np.uint8 and image.dtype.kind != "f"):
         raise RequestError(f"{path}: expected float or uint8 of shape (height, width, 3)")
     scale = 255 if image.dtype == np.uint8 else 1

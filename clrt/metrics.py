@@ -61,7 +61,7 @@ def difference(
     flips are told by the error and edges by the colours of `b`.
     """
     error = pixel_error(a, b)
-    square = np.nanmean((_clipped(a) - _clipped(b)) ** 2)
+    square = np.nan_to_num((_clipped(a) - _clipped(b)) ** 2, nan=1.0).mean()
     p50, p99, p999 = np.percentile(error, (50, 99, 99.9))
     if paths_a is None or paths_b is None:
         flips = error > QUARTER_STEP

@@ -134,7 +134,7 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     interpolation: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
-        _require(self.frames >= 1, "frames", "a whole number, at least 1", self.frames)
+        _require(1 <= self.frames <= 10**7, "frames", "a number from 1 to 10000000", self.frames)
         _require(0.001 <= self.fps <= 1000, "fps", "a number from 0.001 to 1000", self.fps)
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
         before = -1

@@ -40,7 +40,7 @@ def load_scene(source: str | Path) -> Scene:
     except OSError as error:
         raise SceneError(f"{name}: cannot be read: {error.strerror}") from None
     try:
-        return parse_scene(text.decode())
+        return parse_scene(text.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise SceneError(f"{name}: expected UTF-8 text") from None
     except SceneError as error:
@@ -55,7 +55,7 @@ def parse_scene(text: str) -> Scene:
     """
     try:
         tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # of TOML, and of numbers and nesting beyond it
         raise SceneError(f"not TOML: {error}") from None
     materials = tables.get("materials")
     if isinstance(materials, dict):
@@ -74,9 +74,13 @@ def _convert(tables: Any, kind: type[T], path: str) -> T:
 
 def _located(message: str, path: str) -> str:
     """Turns msgspec's "what - at `$.where`" into "where: what"."""
-    message, _, where = message.partition(" - at `$")
-    path += where.rstrip("`")
-    if found := re.match(r"Object (contains unknown|missing required) field `(.*)`", message):
+    at = message.rfind(" - at `$")
+    if at >= 0:
+        path += message[at + 8 : -1]
+        message = message[:at]
+    if found := re.match(
+        r"Object (contains unknown|missing required) field `(.*)`", message, re.DOTALL
+    ):
         path += f".{found[2]}"
         message = "unknown key" if found[1] == "contains unknown" else "expected a value, got none"
     elif found := re.match(r"([\w.\[\]]+): (expected .*)", message):  # one of scene.py's own

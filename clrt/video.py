@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clrt import image
-from clrt.errors import OutputError, RequestError
+from clrt.errors import RequestError
 
 Frames = Iterable[NDArray[np.uint8]]
 
@@ -97,7 +97,7 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf:
                 file.mux(stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")))
             file.mux(stream.encode())
     except av.FFmpegError as error:
-        raise OutputError(f"{path}: cannot be encoded: {error}") from None
+        raise ValueError(f"H.264: {error}") from None
 
 
 def _write_pictures(

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,8 @@ def test_compare(run) -> None:
         (["render", "none"], "none: no such file, nor a built-in scene"),
         (["render", "-o", "a.exr"], "ends in one of"),
         (["render", "-o", "no/a.png"], "does not exist"),
+        (["render", "-o", "a" * 300 + ".png"], "File name too long"),
+        (["render", "--threads", "100000"], "--threads"),
         (["render", "--width", "0"], "--width"),
         (["render", "--width", "3000000000", "--height", "1"], "size: expected 1 to 16777216"),
         (["render", "--max-depth", "99999999999"], "max_depth: expected a whole number"),
@@ -121,6 +124,25 @@ def test_a_wrong_scene_ends_with_one_line(run, tmp_path: Path) -> None:
     assert result.stderr == (
         "clrt: wrong.toml: camera.look_at: expected three finite numbers, got (0.0, 0.0, nan)\n"
     )
+
+
+def test_what_a_scene_says_stays_on_one_line(run, tmp_path: Path) -> None:
+    (tmp_path / "wrong.toml").write_text('"a\\nb\\u001b[31m" = 1')
+    result = run("check", "wrong.toml")
+    assert result.exit_code == 2
+    assert result.stderr == "clrt: wrong.toml: a\\nb\\x1b[31m: unknown key\n"
+
+
+def test_terminated_while_writing(tmp_path: Path) -> None:
+    """SIGTERM ends it at once, with nothing left behind."""
+    words = [sys.executable, "-m", "clrt.cli", "animate", "-o", "a.mp4", "--width", "480"]
+    process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 30
+    while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.terminate()
+    assert process.wait(timeout=30) == 143
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_unknown_device_ends_with_1(run, tmp_path: Path) -> None:

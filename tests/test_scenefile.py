@@ -73,6 +73,8 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("[camera]", "[[camera]]", "camera: expected `object`"),
         ("look_at = [0.0, 0.0, 0.0]", "", "camera.look_at: expected a value, got none"),
         ("max_depth = 3", "max_depth == 3", "not TOML: "),
+        ("max_depth = 3", "max_depth = " + "[" * 2000, "not TOML: "),
+        ("max_depth = 3", "max_depth = " + "9" * 5000, "not TOML: "),
         ("[camera]", "[animation]\nframes = 9\n[camera]", "animation.keys: expected a value"),
         (
             "[camera]",
