@@ -63,7 +63,7 @@ def name_cpu(device_address: int) -> None:
     PoCL 3.0, which ends at Zen 3) is called "generic", a name that clang then refuses: every build
     fails with "unknown target CPU 'generic'" (pocl issue 1049), and no option or environment
     variable can say otherwise. So the name is replaced in PoCL's device structure, at
-    `device_address`, which is searched for its one pointer to the text "generic". Memory is read
+    `device_address`, which is searched for its first pointer to the text "generic". Memory is read
     and written through /proc/self/mem, where a wrong address is an error and not a crash.
 
     Raises:
@@ -80,17 +80,17 @@ def name_cpu(device_address: int) -> None:
     libc.strdup.restype = ctypes.c_void_p
     memory = os.open("/proc/self/mem", os.O_RDWR)
     try:
-        structure = os.pread(memory, 2048, device_address)
-        found = []
+        structure = os.pread(memory, 1024, device_address)
         for offset, (pointer,) in enumerate(struct.iter_unpack("<Q", structure)):
             try:
-                if os.pread(memory, len(UNKNOWN_CPU), pointer) == UNKNOWN_CPU:
-                    found.append(device_address + 8 * offset)
+                found = os.pread(memory, len(UNKNOWN_CPU), pointer) == UNKNOWN_CPU
             except (OSError, OverflowError):  # a word that is no pointer
                 continue
-        if len(found) != 1:
-            raise LookupError(f"{len(found)} pointers to a CPU name, expected one")
-        # From malloc, as the one that it replaces: PoCL may free it.
-        os.pwrite(memory, struct.pack("<Q", libc.strdup(name.encode())), found[0])
+            if found:
+                # From malloc, as the one that it replaces: PoCL may free it.
+                new = struct.pack("<Q", libc.strdup(name.encode()))
+                os.pwrite(memory, new, device_address + 8 * offset)
+                return
+        raise LookupError("no pointer to the CPU's name")
     finally:
         os.close(memory)
