@@ -54,6 +54,7 @@ CPU_LEVELS = (
     ("x86-64", {"sse2"}),
 )
 UNKNOWN_CPU = b"generic\0"
+_named: set[int] = set()  # the addresses of devices that have been given a name
 
 
 def name_cpu(device_address: int) -> None:
@@ -69,6 +70,8 @@ def name_cpu(device_address: int) -> None:
     Raises:
         OSError, LookupError: it could not be done; builds will fail.
     """
+    if device_address in _named:
+        return
     flags: set[str] = set()
     with open("/proc/cpuinfo") as cpuinfo:
         for line in cpuinfo:
@@ -90,6 +93,7 @@ def name_cpu(device_address: int) -> None:
                 # From malloc, as the one that it replaces: PoCL may free it.
                 new = struct.pack("<Q", libc.strdup(name.encode()))
                 os.pwrite(memory, new, device_address + 8 * offset)
+                _named.add(device_address)
                 return
         raise LookupError("no pointer to the CPU's name")
     finally:
