@@ -205,7 +205,9 @@ def plot(figures: dict[str, Any], path: Path) -> None:
         x = list(figures[key])
         axis.plot(range(len(x)), [1e3 * s for s in figures[key].values()], "o-")
         axis.set_xticks(range(len(x)), map(str, x), rotation=40, fontsize=8)
-        axis.set(title=key, yscale="log")
+        axis.set(title=key, yscale="linear" if key == "depth" else "log")
+        if key == "depth":
+            axis.set_ylim(bottom=0)
     axes[0].set_ylabel("kernel, ms")
     drawn.savefig(path, dpi=110)
     print(f"{path}: written")

@@ -5,7 +5,7 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -77,6 +77,41 @@ def main() -> None:
     """
 
 
+RENDERING_OPTIONS = (
+    click.option(
+        "--precision",
+        type=click.Choice(["robust", "literal", "double"]),
+        default="robust",
+        show_default=True,
+        help="robust: float32; literal: float32, the paper's formula; double: float64.",
+    ),
+    click.option(
+        "--lanes",
+        type=click.Choice(["1", "2", "4", "8", "16"]),
+        help="Pixels traced in lock step; default: what suits the device.",
+    ),
+    click.option(
+        "--device",
+        metavar="TEXT",
+        help="Part of a device's or platform's name, see 'clrt devices'.",
+    ),
+    click.option(
+        "--threads",
+        type=click.IntRange(min=1, max=1024),
+        metavar="N",
+        help="Threads of PoCL; default: all cores.",
+    ),
+    click.option("-q", "--quiet", is_flag=True, help="Print errors only."),
+)
+
+
+def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
+    """What `render` and `animate` take alike."""
+    for option in reversed(RENDERING_OPTIONS):
+        command = option(command)
+    return command
+
+
 @main.command()
 @click.argument("scene", default="four-spheres")
 @click.option(
@@ -101,28 +136,7 @@ def main() -> None:
     metavar="X",
     help="World units, 0 for the exact geometry; default: the scene's.",
 )
-@click.option(
-    "--precision",
-    type=click.Choice(["robust", "literal", "double"]),
-    default="robust",
-    show_default=True,
-    help="robust: float32; literal: float32, the paper's formula; double: float64.",
-)
-@click.option(
-    "--lanes",
-    type=click.Choice(["1", "2", "4", "8", "16"]),
-    help="Pixels traced in lock step; default: what suits the device.",
-)
-@click.option(
-    "--device", metavar="TEXT", help="Part of a device's or platform's name, see 'clrt devices'."
-)
-@click.option(
-    "--threads",
-    type=click.IntRange(min=1, max=1024),
-    metavar="N",
-    help="Threads of PoCL; default: all cores.",
-)
-@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
+@rendering_options
 @click.option("-v", "--verbose", is_flag=True, help="Say where the time goes.")
 def render(
     scene: str,
@@ -239,21 +253,8 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
     metavar="N",
     help="Quality of .mp4: 0 is lossless, more is smaller.",
 )
-@click.option(
-    "--precision",
-    type=click.Choice(["robust", "literal", "double"]),
-    default="robust",
-    show_default=True,
-)
-@click.option("--device", metavar="TEXT", help="Part of a device's or platform's name.")
-@click.option(
-    "--threads",
-    type=click.IntRange(min=1, max=1024),
-    metavar="N",
-    help="Threads of PoCL; default: all cores.",
-)
+@rendering_options
 @click.option("--resume", is_flag=True, help="Leave out numbered pictures that are there already.")
-@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
 def animate(
     scene: str,
     output: Path | None,
@@ -264,10 +265,11 @@ def animate(
     height: int,
     crf: int,
     precision: Any,
+    lanes: str | None,
     device: str | None,
     threads: int | None,
-    resume: bool,
     quiet: bool,
+    resume: bool,
 ) -> None:
     """Renders the animation of SCENE, a built-in scene's name or a TOML file; default: orbit.
 
@@ -308,7 +310,9 @@ def animate(
     if resume:
         chosen = [k for k in chosen if not video.numbered(output, k).exists()]
     dtype = image.film_dtype(output) if pattern else np.uint8
-    with Renderer(precision=precision, device=device, threads=threads) as renderer:
+    with Renderer(
+        precision=precision, lanes=int(lanes) if lanes else None, device=device, threads=threads
+    ) as renderer:
         try:
             rendered = animation.animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
