@@ -30,6 +30,9 @@ class Commands(click.Group):
             text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
             click.echo(f"clrt: {text}", err=True)
             context.exit(error.exit_status)
+        except KeyboardInterrupt:
+            click.echo("clrt: interrupted", err=True)
+            context.exit(128 + signal.SIGINT)
         except MemoryError:
             click.echo("clrt: not enough memory for a picture of this size", err=True)
             context.exit(1)

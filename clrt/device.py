@@ -1,5 +1,6 @@
 """OpenCL devices: which there are, and which one to use."""
 
+import os
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ from clrt.errors import DeviceError
 if TYPE_CHECKING:
     import pyopencl as cl
 
+_started_in: int | None = None  # the process that started OpenCL
 INSTALL_HINT = "pip install 'pyopencl[pocl]' brings one for the CPU"
 
 
@@ -22,6 +24,7 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
     Raises:
         DeviceError: OpenCL is not there, or has no device.
     """
+    refuse_fork()
     pocl.prepare(threads)
     try:
         import pyopencl as cl
@@ -43,6 +46,22 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
             with suppress(LookupError, OSError):  # if it fails, the build will tell
                 pocl.name_cpu(device.int_ptr)
     return sorted(found, key=lambda device: not device.type & cl.device_type.CPU)
+
+
+def refuse_fork() -> None:
+    """Says so if this process was forked off one that had started OpenCL, whose threads it lacks.
+
+    Raises:
+        DeviceError: it was. Any use of OpenCL would hang.
+    """
+    global _started_in
+    if _started_in is None:
+        _started_in = os.getpid()
+    if _started_in != os.getpid():
+        raise DeviceError(
+            "this process was forked off one that had started OpenCL: "
+            "use multiprocessing.get_context('spawn')"
+        )
 
 
 def is_pocl(device: "cl.Device") -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt import program
-from clrt.device import find_device, label
+from clrt.device import find_device, label, refuse_fork
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, encloses, pack
 from clrt.scene import Scene
@@ -139,6 +139,7 @@ class Renderer:
     ) -> NDArray[Any]:
         import pyopencl as cl
 
+        refuse_fork()
         height, width = shape[:2]
         if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
             expected = f"1 to {LARGEST} pixels each way"

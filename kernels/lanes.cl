@@ -83,7 +83,8 @@ static int greatest(ints n) {
 // 1 / sqrt(a). The plain way is off by 1 unit in the last place, and by far the slowest operation
 // of the kernel; AVX-512's estimate (14 bits) with a step of Newton's is off by 2.
 static reals inverse_sqrt(reals a) {
-#if LANES == 16 && !defined(DOUBLE) && __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
+#if defined(__AVX512F__) && LANES == 16 && !defined(DOUBLE) && \
+    __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
     reals r = __builtin_ia32_rsqrt14ps512_mask(a, (reals)(0), (ushort)-1);
     return r * (1.5f - (0.5f * a * r) * r);
 #else

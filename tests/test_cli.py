@@ -1,6 +1,7 @@
 """The command line, inside this process and as a real one."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -142,6 +143,18 @@ def test_terminated_while_writing(tmp_path: Path) -> None:
         time.sleep(0.01)
     process.terminate()
     assert process.wait(timeout=30) == 143
+    assert not list(tmp_path.iterdir())
+
+
+def test_interrupted(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "clrt.cli", "render", "sunflower", "--lanes", "1"]
+    process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    assert said.splitlines()[-1] == "clrt: interrupted"
     assert not list(tmp_path.iterdir())
 
 

@@ -1,6 +1,7 @@
 """The kernel against both truths, on every device and for every number of lanes."""
 
 import gc
+import multiprocessing
 
 import numpy as np
 import pyopencl as cl
@@ -112,6 +113,28 @@ def test_a_turned_camera_sees_the_turned_picture(renderer: Renderer) -> None:
     trace = reference.trace(scene, 120, 68)
     assert trace.image.any()
     assert off_edges(renderer.render(scene, 120, 68), trace, flips=1) < 5e-5
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_process_is_refused_not_hung() -> None:
+    scene = clrt.load_scene("four-spheres")
+    renderer = Renderer()
+    renderer.render(scene, 8, 8)
+
+    def in_child(results) -> None:
+        for use in (lambda: renderer.render(scene, 8, 8), Renderer):
+            try:
+                use()
+            except clrt.DeviceError as error:
+                results.put(str(error))
+
+    context = multiprocessing.get_context("fork")
+    results = context.Queue()
+    child = context.Process(target=in_child, args=(results,))
+    child.start()
+    said = [results.get(timeout=20) for _ in range(2)]
+    child.join(20)
+    assert all("was forked off one that had started OpenCL" in text for text in said)
 
 
 def test_render_of_one_picture() -> None:
