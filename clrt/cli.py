@@ -5,7 +5,8 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -36,6 +37,15 @@ class Commands(click.Group):
         except MemoryError:
             click.echo("clrt: not enough memory for a picture of this size", err=True)
             context.exit(1)
+
+
+@contextmanager
+def in_scene(name: str) -> Iterator[None]:
+    """Puts the scene's name before what is found wrong with it after it was loaded."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(f"{name}: {error}") from None
 
 
 class Progress:
@@ -91,6 +101,7 @@ RENDERING_OPTIONS = (
     click.option(
         "--lanes",
         type=click.Choice(["1", "2", "4", "8", "16"]),
+        callback=lambda context, option, text: text and int(text),
         help="Pixels traced in lock step; default: what suits the device.",
     ),
     click.option(
@@ -149,7 +160,7 @@ def render(
     max_depth: int | None,
     shadow_bias: float | None,
     precision: Any,
-    lanes: str | None,
+    lanes: int | None,
     device: str | None,
     threads: int | None,
     quiet: bool,
@@ -180,9 +191,7 @@ def render(
     except ValueError as error:
         raise RequestError(str(error)) from None
     ready = time.perf_counter()
-    with Renderer(
-        precision=precision, lanes=int(lanes) if lanes else None, device=device, threads=threads
-    ) as renderer:
+    with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         if verbose:
             click.echo(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}", err=True)
         renderer.prepare(loaded, film_dtype(output))
@@ -268,7 +277,7 @@ def animate(
     height: int,
     crf: int,
     precision: Any,
-    lanes: str | None,
+    lanes: int | None,
     device: str | None,
     threads: int | None,
     quiet: bool,
@@ -295,10 +304,8 @@ def animate(
     output = output or Path(f"{Path(scene).stem}.mp4")
     video.check_output(output)
     loaded = load_scene(scene)
-    try:
+    with in_scene(scene):
         every = animation.all_frames(loaded)
-    except SceneError as error:
-        raise SceneError(f"{scene}: {error}") from None
     assert loaded.animation is not None  # or it would have no frames
     try:
         moves = replace(loaded.animation, fps=loaded.animation.fps / step if fps is None else fps)
@@ -313,15 +320,11 @@ def animate(
     if resume:
         chosen = [k for k in chosen if not video.numbered(output, k).exists()]
     dtype = image.film_dtype(output) if pattern else np.uint8
-    with Renderer(
-        precision=precision, lanes=int(lanes) if lanes else None, device=device, threads=threads
-    ) as renderer:
-        try:
+    with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
+        with in_scene(scene):
             rendered = animation.animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
             )
-        except SceneError as error:
-            raise SceneError(f"{scene}: {error}") from None
         bar = tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False)
         if pattern:
             for k, frame in zip(chosen, bar, strict=True):
@@ -362,12 +365,10 @@ def check(scene: str) -> None:
     from clrt.scenefile import load_scene
 
     loaded = load_scene(scene)
-    try:
-        if loaded.animation is not None:
+    if loaded.animation is not None:
+        with in_scene(scene):
             for frame in animation.all_frames(loaded):
                 animation.camera_at(loaded, frame)
-    except SceneError as error:
-        raise SceneError(f"{scene}: {error}") from None
     click.echo(
         f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "
         f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "

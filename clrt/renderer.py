@@ -144,9 +144,9 @@ class Renderer:
         if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
             expected = f"1 to {LARGEST} pixels each way"
             raise RequestError(f"size: expected {expected}, got {width}x{height}")
-        kernel = self.prepare(scene, dtype)
-        film = np.empty(shape, dtype)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
+        kernel = self._kernel(scene, dtype, light_inside=bool(packed.encloses.any()))
+        film = np.empty(shape, dtype)
         camera, spheres, materials, lights, shades, enclosing = map(
             self._upload,
             (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades,
@@ -220,9 +220,11 @@ class Renderer:
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self._context, flags, hostbuf=packed)
 
-    def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> "cl.Kernel":
+    def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
-        dtype = np.dtype(dtype)
+        self._kernel(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
+
+    def _kernel(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> "cl.Kernel":
         if dtype not in FILMS:
             raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
         long_lens = scene.camera.long_lens and self.precision != "literal"
@@ -230,7 +232,7 @@ class Renderer:
             *FILMS[dtype],
             *["-DREFLECTION"] * scene.reflects,
             *["-DLONG_LENS"] * long_lens,
-            *["-DLIGHT_INSIDE"] * bool(encloses(scene).any()),
+            *["-DLIGHT_INSIDE"] * light_inside,
         )
         if options not in self._kernels:
             built = program.build(self._context, self.device, self.build_options(*options))

@@ -1,6 +1,6 @@
 """Videos: frames encoded by the suffix of the file's name, written whole or not at all."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
@@ -68,14 +68,12 @@ def save(path: Path, frames: Frames, fps: float, crf: int) -> None:
     Raises:
         OutputError: it could not be written.
     """
-    write: Callable[[Path, Iterator[NDArray[np.uint8]]], None]
-    if path.suffix.lower() == ".mp4":
-        write = lambda beside, rest: _write_mp4(beside, rest, fps, crf)  # noqa: E731
-    else:
-        name, options = PICTURES[path.suffix.lower()]
-        write = lambda beside, rest: _write_pictures(beside, rest, fps, name, options)  # noqa: E731
     with image.written_whole(path) as beside:
-        write(beside, iter(frames))
+        if path.suffix.lower() == ".mp4":
+            _write_mp4(beside, iter(frames), fps, crf)
+        else:
+            name, options = PICTURES[path.suffix.lower()]
+            _write_pictures(beside, frames, fps, name, options)
 
 
 def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf: int) -> None:
@@ -102,7 +100,7 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf:
 
 def _write_pictures(
     path: Path,
-    frames: Iterator[NDArray[np.uint8]],
+    frames: Frames,
     fps: float,
     name: str,
     options: dict[str, Any],

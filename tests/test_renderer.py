@@ -33,7 +33,7 @@ def off_edges(image: np.ndarray, trace: reference.Trace, flips: int) -> float:
     error = metrics.pixel_error(image, trace.image)
     edges = metrics.edges(trace.paths)
     assert not np.isnan(image).any()
-    assert (error > 1 / 1020).sum() <= flips
+    assert (error > metrics.QUARTER_STEP).sum() <= flips
     return float(error[~edges].max(initial=0))
 
 
