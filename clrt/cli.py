@@ -1,12 +1,12 @@
 """The command line. What a command needs is imported when it runs: --help stays quick."""
 
+import errno
 import math
+import os
 import re
-import signal
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,24 +19,33 @@ if TYPE_CHECKING:
 
 
 class Commands(click.Group):
-    """Turns clrt's errors into one line on stderr and an exit status."""
+    """Turns errors into one line on stderr and an exit status."""
 
     def invoke(self, context: click.Context) -> Any:
-        # Ended so, a process still removes the file that it is writing.
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
         try:
             return super().invoke(context)
+        except (click.ClickException, click.Abort, click.exceptions.Exit):
+            raise
         except ClrtError as error:
-            # What a scene file says goes to the terminal as text only, on one line.
-            text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
-            click.echo(f"clrt: {text}", err=True)
-            context.exit(error.exit_status)
-        except KeyboardInterrupt:
-            click.echo("clrt: interrupted", err=True)
-            context.exit(128 + signal.SIGINT)
+            said, status = str(error), error.exit_status
         except MemoryError:
-            click.echo("clrt: not enough memory for a picture of this size", err=True)
-            context.exit(1)
+            said, status = "not enough memory", 1
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # whoever reads stdout has enough: click ends quietly
+                raise
+            with suppress(OSError):  # what stdout still holds would fail again at the end
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            said, status = str(error), 1
+        except Exception as error:
+            import traceback
+
+            file, line, *_ = traceback.extract_tb(error.__traceback__)[-1]
+            said = f"a bug, please report it with 'clrt devices -v': {error!r} in {file}:{line}"
+            status = 1
+        # What a scene file says goes to the terminal as text only, on one line.
+        said = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in said)
+        click.echo(f"clrt: {said}", err=True)
+        raise click.exceptions.Exit(status)
 
 
 @contextmanager
@@ -340,7 +349,7 @@ def animate(
 
 
 @main.command()
-@click.option("-v", "--verbose", is_flag=True, help="Say more of each device.")
+@click.option("-v", "--verbose", is_flag=True, help="Say what a bug report needs.")
 def devices(verbose: bool) -> None:
     """Lists the OpenCL devices; the first is the default."""
     from clrt.device import devices as found
@@ -349,12 +358,28 @@ def devices(verbose: bool) -> None:
     for device in found():
         click.echo(label(device))
         if verbose:
-            click.echo(f"  {device.version.strip()}, driver {device.driver_version.strip()}")
             click.echo(
-                f"  {device.max_compute_units} compute units, native vector width float "
-                f"{device.native_vector_width_float}, double "
-                f"{device.native_vector_width_double}"
+                f"  platform  {device.platform.version.strip()}\n"
+                f"  device    {device.version.strip()}, driver {device.driver_version.strip()}\n"
+                f"  threads   {device.max_compute_units}\n"
+                f"  lanes     {device.native_vector_width_float} of float32, "
+                f"{device.native_vector_width_double} of float64\n"
+                f"  memory    {device.global_mem_size >> 20} MB"
             )
+    if verbose:
+        import platform
+        from importlib.metadata import version
+
+        from clrt.data import cache_folder
+
+        packages = ("clrt", "pyopencl", "numpy", "pillow", "msgspec", "click")
+        click.echo(
+            f"cache       {cache_folder()}\n"
+            f"versions    {', '.join(f'{name} {version(name)}' for name in packages)}, "
+            f"Python {platform.python_version()}\n"
+            f"machine     {platform.platform()}, {len(os.sched_getaffinity(0))} of "
+            f"{os.cpu_count()} cores"
+        )
 
 
 @main.command()
@@ -418,7 +443,3 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
             map_ = np.rint(255 * map_).astype(np.uint8)
         image.save(heatmap, map_)
         click.echo(f"{heatmap}: written", err=True)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

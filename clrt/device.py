@@ -25,20 +25,16 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
         DeviceError: OpenCL is not there, or has no device.
     """
     refuse_fork()
-    pocl.prepare(threads)
-    try:
-        import pyopencl as cl
-    except ImportError as error:
-        raise DeviceError(f"OpenCL does not load ({error}): {INSTALL_HINT}") from None
     found = []
-    try:
-        for platform in cl.get_platforms():
-            try:
-                found += platform.get_devices()
-            except cl.Error:  # this platform has none
-                continue
-    except cl.Error:
-        pass
+    with pocl.starting(threads):
+        try:
+            import pyopencl as cl
+        except ImportError as error:
+            raise DeviceError(f"OpenCL does not load ({error}): {INSTALL_HINT}") from None
+        with suppress(cl.Error):  # no platform
+            for platform in cl.get_platforms():
+                with suppress(cl.Error):  # this one has no device
+                    found += platform.get_devices()
     if not found:
         raise DeviceError(f"no OpenCL device found: {INSTALL_HINT}")
     for device in found:

@@ -1,49 +1,74 @@
-"""PoCL: what must be right before, and just after, it starts."""
+"""PoCL: the environment in which it starts, and what must be right just after."""
 
+import atexit
 import ctypes
 import os
-import stat
+import shutil
 import struct
 import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from clrt import data
 
 THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3; later versions
+ABANDONED = 7 * 86400  # seconds after which the folder of a process that was killed is removed
+
+_run_folder: Path | None = None
 
 
-def prepare(threads: int | None) -> None:
-    """Sets the environment that PoCL reads when it starts; what the user has set stays,
-    unless `threads` says otherwise.
+@contextmanager
+def starting(threads: int | None) -> Iterator[None]:
+    """The environment in which OpenCL starts; what the user has set stays, unless `threads` says
+    otherwise, and it is put back at the end.
 
-    threads: None means every core that this process may use.
+    threads: for PoCL; None means every core that this process may use.
+
+    Raises:
+        DeviceError: there is no room for what PoCL compiles.
     """
-    for variable in THREAD_VARIABLES:
-        if threads is not None:
-            os.environ[variable] = str(threads)
-        else:
-            os.environ.setdefault(variable, str(len(os.sched_getaffinity(0))))
-    # Where they cannot write a cache PoCL finds no device and PyOpenCL fails.
-    if not _writable(data.user_cache()):
-        os.environ["XDG_CACHE_HOME"] = str(_temporary_cache())
-
-
-def _writable(folder: Path) -> bool:
+    cores = str(threads or len(os.sched_getaffinity(0)))
+    wanted = dict.fromkeys(THREAD_VARIABLES, cores)
+    wanted["POCL_CACHE_DIR"] = str(run_folder())
+    # Its cache is a database that a full disk or a second machine can spoil, and saves no time.
+    wanted["PYOPENCL_NO_CACHE"] = "1"
+    before = {name: os.environ.get(name) for name in wanted}
+    for name, value in wanted.items():
+        if before[name] is None or (threads is not None and name in THREAD_VARIABLES):
+            os.environ[name] = value
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    return os.access(folder, os.W_OK | os.X_OK)
+        yield
+    finally:
+        for name, was in before.items():
+            if was is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = was
 
 
-def _temporary_cache() -> Path:
-    """A folder that only this user can write, the same one in every run if possible."""
-    folder = Path(tempfile.gettempdir()) / f"clrt-{os.getuid()}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    status = folder.lstat()
-    if status.st_uid == os.getuid() and stat.S_ISDIR(status.st_mode) and _writable(folder):
-        return folder
-    return Path(tempfile.mkdtemp(prefix="clrt-"))
+def run_folder() -> Path:
+    """The folder where PoCL keeps what this process compiles.
+
+    PoCL's own cache, ~/.cache/pocl, is never read: a file in it that was cut short ends the
+    process ("file too short"), before anything can be said. clrt/program.py keeps programs for the
+    next process, and checks them.
+    """
+    global _run_folder
+    if _run_folder is None:
+        cache = data.cache_folder()
+        for old in cache.glob("run-*"):
+            if time.time() - old.stat().st_mtime > ABANDONED:
+                shutil.rmtree(old, ignore_errors=True)
+        _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
+        atexit.register(_remove, _run_folder, os.getpid())
+    return _run_folder
+
+
+def _remove(folder: Path, owner: int) -> None:
+    if os.getpid() == owner:  # and not a fork of it
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 # What each level of x86-64 adds, best first, by the names of /proc/cpuinfo; and the CPU whose name

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import program
 from clrt.device import find_device, label, refuse_fork
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, encloses, pack
+from clrt.program import Program
 from clrt.scene import Scene
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Renderer:
         self._queue = cl.CommandQueue(
             self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
         )
-        self._kernels: dict[tuple[str, ...], cl.Kernel] = {}
+        self._programs: dict[tuple[str, ...], Program] = {}
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
 
@@ -103,7 +103,7 @@ class Renderer:
     def close(self) -> None:
         """Waits for the device and lets go of it."""
         self._queue.finish()
-        self._kernels.clear()
+        self._programs.clear()
 
     def render(
         self,
@@ -145,7 +145,8 @@ class Renderer:
             expected = f"1 to {LARGEST} pixels each way"
             raise RequestError(f"size: expected {expected}, got {width}x{height}")
         packed = pack(scene, width, height, self.real, self.precision == "literal")
-        kernel = self._kernel(scene, dtype, light_inside=bool(packed.encloses.any()))
+        program = self._program(scene, dtype, light_inside=bool(packed.encloses.any()))
+        kernel = program.render
         film = np.empty(shape, dtype)
         camera, spheres, materials, lights, shades, enclosing = map(
             self._upload,
@@ -210,6 +211,7 @@ class Renderer:
             raise DeviceError(f"{label(self.device)} cannot render this: {error}") from None
         finally:
             self._queue.finish()  # the device writes to the film: an error must not free it
+        program.keep()
         return film
 
     def _upload(self, packed: NDArray[Any]) -> "cl.Buffer":
@@ -222,9 +224,9 @@ class Renderer:
 
     def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
-        self._kernel(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
+        self._program(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
 
-    def _kernel(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> "cl.Kernel":
+    def _program(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> Program:
         if dtype not in FILMS:
             raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
         long_lens = scene.camera.long_lens and self.precision != "literal"
@@ -234,10 +236,11 @@ class Renderer:
             *["-DLONG_LENS"] * long_lens,
             *["-DLIGHT_INSIDE"] * light_inside,
         )
-        if options not in self._kernels:
-            built = program.build(self._context, self.device, self.build_options(*options))
-            self._kernels[options] = built.render
-        return self._kernels[options]
+        if options not in self._programs:
+            self._programs[options] = Program(
+                self._context, self.device, self.build_options(*options)
+            )
+        return self._programs[options]
 
     def build_options(self, *options: str) -> list[str]:
         """The compiler options of this renderer's programs."""

