@@ -360,7 +360,7 @@ def devices(verbose: bool) -> None:
         if verbose:
             click.echo(
                 f"  platform  {device.platform.version.strip()}\n"
-                f"  device    {device.version.strip()}, driver {device.driver_version.strip()}\n"
+                f"  device    {device.version.strip()}\n"
                 f"  threads   {device.max_compute_units}\n"
                 f"  lanes     {device.native_vector_width_float} of float32, "
                 f"{device.native_vector_width_double} of float64\n"

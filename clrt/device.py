@@ -84,5 +84,6 @@ def find_device(name: str | None = None, threads: int | None = None) -> "cl.Devi
 
 
 def label(device: "cl.Device") -> str:
-    """The device's name and its platform's, on one line."""
-    return f"{device.name.strip()} ({device.platform.name.strip()})"
+    """The names of the device and its platform, and its driver's version, on one line."""
+    platform, driver = device.platform.name.strip(), device.driver_version.strip()
+    return f"{device.name.strip()} ({platform}, {driver})"
