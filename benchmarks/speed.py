@@ -168,7 +168,7 @@ def whole_command(width: int, height: int, turns: int, figures: dict[str, Any]) 
         render = run(script, "render", "-q", *size)
         film = Renderer().render(clrt.load_scene("four-spheres"), width, height, dtype=np.uint8)
         np.save(f"{folder}/film.npy", film)
-        options = image.BYTE_FORMATS[".png"][1]
+        options = image.BYTE_FORMATS[".png"].options
         imports = "import numpy, pyopencl, PIL.Image, click; film = numpy.load('film.npy', 'r')\n"
         save = f"PIL.Image.fromarray(film).save('floor.png', **{options!r})"
         floor = run(sys.executable, "-c", imports + save)

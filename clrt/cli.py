@@ -159,6 +159,14 @@ def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     metavar="X",
     help="World units, 0 for the exact geometry; default: the scene's.",
 )
+@click.option(
+    "--region",
+    type=int,
+    nargs=4,
+    metavar="X0 Y0 X1 Y1",
+    help="Only the columns from X0 to before X1 and rows from Y0, counted from the top, to before "
+    "Y1 of the picture.",
+)
 @rendering_options
 @click.option("-v", "--verbose", is_flag=True, help="Say where the time goes.")
 def render(
@@ -168,6 +176,7 @@ def render(
     height: int,
     max_depth: int | None,
     shadow_bias: float | None,
+    region: tuple[int, int, int, int] | None,
     precision: Any,
     lanes: int | None,
     device: str | None,
@@ -182,17 +191,19 @@ def render(
       clrt render --width 3840 --height 2160
       clrt render first-result -o small.jpg --width 480 --height 270
       clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
+      clrt render -o left.png --region 0 0 1920 2160
     """
     started = time.perf_counter()
     from msgspec.structs import replace
 
     from clrt.device import label
     from clrt.image import check_output, film_dtype, save
-    from clrt.renderer import Renderer
+    from clrt.renderer import Renderer, check_region, check_size
     from clrt.scenefile import load_scene
 
     output = output or Path(f"{Path(scene).stem}.png")
-    check_output(output)
+    left, top, right, bottom = check_region(region, *check_size(width, height))
+    check_output(output, right - left, bottom - top)
     loaded = load_scene(scene)
     changes = {"max_depth": max_depth, "shadow_bias": shadow_bias}
     try:
@@ -205,9 +216,14 @@ def render(
             click.echo(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}", err=True)
         renderer.prepare(loaded, film_dtype(output))
         compiled = time.perf_counter()
-        with Progress(height, quiet) as progress:
+        with Progress(bottom - top, quiet) as progress:
             film = renderer.render(
-                loaded, width, height, dtype=film_dtype(output), progress=progress.add
+                loaded,
+                width,
+                height,
+                dtype=film_dtype(output),
+                region=region,
+                progress=progress.add,
             )
         rendered = time.perf_counter()
         if verbose:
@@ -221,7 +237,8 @@ def render(
     if verbose:
         click.echo(f"file {time.perf_counter() - rendered:.3f} s", err=True)
     if not quiet:
-        click.echo(f"{output}: {width}x{height}, rendered in {rendered - compiled:.3f} s", err=True)
+        size = f"{right - left}x{bottom - top}"
+        click.echo(f"{output}: {size}, rendered in {rendered - compiled:.3f} s", err=True)
 
 
 def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:
@@ -311,7 +328,6 @@ def animate(
     from clrt.scenefile import load_scene
 
     output = output or Path(f"{Path(scene).stem}.mp4")
-    video.check_output(output)
     loaded = load_scene(scene)
     with in_scene(scene):
         every = animation.all_frames(loaded)
@@ -326,6 +342,7 @@ def animate(
     pattern = video.is_pattern(output)
     if resume and not pattern:
         raise RequestError("--resume: expected an output with ####: a video is made in one go")
+    video.check_output(output, width, height, len(chosen))
     if resume:
         chosen = [k for k in chosen if not video.numbered(output, k).exists()]
     dtype = image.film_dtype(output) if pattern else np.uint8
@@ -422,9 +439,9 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
 
     from clrt import image, metrics
 
-    if heatmap is not None:
-        image.check_output(heatmap)
     first, second = image.load(a), image.load(b)
+    if heatmap is not None:
+        image.check_output(heatmap, first.shape[1], first.shape[0])
     found = metrics.difference(first, second)
     click.echo(
         f"pixels   {found.pixels}\n"

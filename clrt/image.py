@@ -5,55 +5,90 @@ import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from clrt import memory
 from clrt.errors import ClrtError, OutputError, RequestError
 
-# Pillow's name for each 8-bit format and what it is told. PNG: level 1 takes 0.6 of
-# the time of level 6 for 1.6 times the bytes.
-BYTE_FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
-    ".png": ("PNG", {"compress_level": 1}),
-    ".jpg": ("JPEG", {"quality": 95, "subsampling": 0}),
-    ".webp": ("WEBP", {"lossless": True, "method": 0}),
-    ".tif": ("TIFF", {"compression": "tiff_lzw"}),
-    ".bmp": ("BMP", {}),
-    ".ppm": ("PPM", {}),
+
+class ByteFormat(NamedTuple):
+    """How Pillow writes an 8-bit format, and how large a picture can be."""
+
+    name: str
+    options: dict[str, Any]
+    side: int = 2**24  # pixels each way
+    pixels: int = 2**48  # in all
+    memory: int = 4  # bytes a pixel that Pillow and the format's library take, measured
+
+
+# PNG: level 1 takes 0.6 of the time of level 6 for 1.6 times the bytes. TIFF and BMP: files of
+# 4 GiB, LZW makes noise longer by a third.
+BYTE_FORMATS = {
+    ".png": ByteFormat("PNG", {"compress_level": 1}),
+    ".jpg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
+    ".webp": ByteFormat("WEBP", {"lossless": True, "method": 0}, side=16383, memory=28),
+    ".tif": ByteFormat("TIFF", {"compression": "tiff_lzw"}, pixels=10**9),
+    ".bmp": ByteFormat("BMP", {}, pixels=10**9),
+    ".ppm": ByteFormat("PPM", {}),
 }
 FLOAT_FORMATS = (".npy", ".pfm")
 SUFFIXES = (*BYTE_FORMATS, *FLOAT_FORMATS)
 
 
-def check_output(path: Path) -> None:
+def check_output(path: Path, width: int, height: int) -> None:
     """Finds out before rendering what would fail after it.
 
     Raises:
-        RequestError: the suffix names no format, or the folder is not there or not writable.
+        RequestError: the suffix names no format, the format has no pictures of this size, or the
+            file cannot be there.
+        OutputError: film and format do not fit into memory.
     """
-    if path.suffix.lower() not in SUFFIXES:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
         raise RequestError(f"{path}: expected a name that ends in one of {' '.join(SUFFIXES)}")
-    check_folder(path)
+    check_file(path)
+    needed = 12  # bytes a pixel of a float film, which is written as it is
+    if suffix in BYTE_FORMATS:
+        form = BYTE_FORMATS[suffix]
+        check_sides(path, width, height, form.side)
+        if width * height > form.pixels:
+            raise RequestError(f"{path}: {suffix} has no more than {form.pixels} pixels: use .png")
+        needed = 3 + form.memory
+    memory.require(needed * width * height, f"{path}: a picture of {width}x{height}")
 
 
-def check_folder(path: Path) -> None:
+def check_sides(path: Path, width: int, height: int, largest: int) -> None:
+    """Finds out whether a format has such pictures.
+
+    Raises:
+        RequestError: it has not.
+    """
+    if max(width, height) > largest:
+        most = f"{path.suffix} has no more than {largest} pixels each way"
+        raise RequestError(f"{path}: {most}, not {width}x{height}")
+
+
+def check_file(path: Path) -> None:
     """Finds out whether a file of this name could be written.
 
     Raises:
-        RequestError: it is a folder, or its folder is not there or not writable.
+        RequestError: it is something else, or its folder is not there or not writable.
     """
     try:
-        is_folder, has_folder = path.is_dir(), path.parent.is_dir()
-    except OSError as error:
-        raise RequestError(f"{path}: {error.strerror}") from None
-    if is_folder:
-        raise RequestError(f"{path}: is a folder, expected a file's name")
+        target = path.resolve()  # a link stays one, and what it names is written
+        is_other, has_folder = target.exists() and not target.is_file(), target.parent.is_dir()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise RequestError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if is_other:
+        raise RequestError(f"{path}: is a folder or a device, expected a file's name")
     if not has_folder:
-        raise RequestError(f"{path}: the folder {path.parent} does not exist")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise RequestError(f"{path}: the folder {path.parent} is not writable")
+        raise RequestError(f"{path}: the folder {target.parent} does not exist")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise RequestError(f"{path}: the folder {target.parent} is not writable")
 
 
 def film_dtype(path: Path) -> type[np.uint8] | type[np.float32]:
@@ -81,10 +116,11 @@ def written_whole(path: Path) -> Iterator[Path]:
     Raises:
         OutputError: it could not be written, or the format cannot hold it.
     """
-    beside = path.with_name(f".{secrets.token_hex(8)}.part")
+    target = path.resolve()
+    beside = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
         yield beside
-        beside.replace(path)
+        beside.replace(target)
     except ClrtError:  # not of the writing
         raise
     except (OSError, ValueError, RuntimeError, OverflowError) as error:
@@ -128,12 +164,12 @@ def load(path: Path) -> NDArray[np.float32]:
 def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
     from PIL import Image
 
-    name, options = BYTE_FORMATS[suffix]
+    form = BYTE_FORMATS[suffix]
     height, width, _ = film.shape
     # As Image.fromarray(), less a copy of the film.
     film = np.ascontiguousarray(film)
     image = Image.frombuffer("RGB", (width, height), film, "raw", "RGB", 0, 1)
-    image.save(file, name, **options)
+    image.save(file, form.name, **form.options)
 
 
 def _write_npy(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
@@ -144,7 +180,8 @@ def _write_pfm(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
     height, width, _ = film.shape
     # A negative scale says little-endian; rows run from the bottom to the top.
     file.write(b"PF\n%d %d\n-1.0\n" % (width, height))
-    file.write(film[::-1].astype("<f4").tobytes())
+    for row in film[::-1]:
+        file.write(row.astype("<f4").tobytes())
 
 
 _WRITE_FLOATS: dict[str, Callable[[IO[bytes], str, NDArray[Any]], None]] = {

@@ -60,11 +60,11 @@ class Program:
             kept = self._kept(context, device)
             self._is_kept = kept is not None
             try:
-                built = kept or cl.Program(context, source).build(options=options)
+                self._built = kept or cl.Program(context, source).build(options=options)
             except cl.Error as error:
                 message = f"{label(device)} cannot compile the kernel: {_first_error(str(error))}"
                 raise DeviceError(message) from None
-        self.render: cl.Kernel = built.render
+        self.render: cl.Kernel = self._built.render
 
     def _kept(self, context: "cl.Context", device: "cl.Device") -> "cl.Program | None":
         """From the cache; what cannot be read, was cut short or is refused is built again."""
@@ -91,7 +91,7 @@ class Program:
             return
         self._is_kept = True
         with suppress(OSError, cl.Error):  # slower next time
-            (binary,) = cast(list[bytes], self.render.program.get_info(cl.program_info.BINARIES))
+            (binary,) = cast(list[bytes], self._built.get_info(cl.program_info.BINARIES))
             folder = pocl.run_folder()
             names = _files(folder) - self._files_before
             kept = Kept(binary, {name: (folder / name).read_bytes() for name in names})

@@ -1,5 +1,7 @@
 """Renderer: a device, its programs and a scene's buffers, which together make a film."""
 
+import math
+import operator
 from collections import deque
 from collections.abc import Callable
 from types import TracebackType
@@ -8,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from clrt import memory
 from clrt.device import find_device, label, refuse_fork
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, encloses, pack
@@ -17,6 +20,7 @@ from clrt.scene import Scene
 if TYPE_CHECKING:
     import pyopencl as cl
 
+Region: TypeAlias = tuple[int, int, int, int]
 Precision: TypeAlias = Literal["robust", "literal", "double"]
 PRECISIONS: dict[Precision, Real] = {
     "robust": np.float32,
@@ -35,9 +39,12 @@ FILMS: dict[np.dtype[Any], list[str]] = {
 # The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
 # there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
-# Rows are rendered in bands of about this many pixels, up to three under way at a time: small
-# enough for a progress bar, large enough to cost nothing (half or twice as many take as long).
-BAND = 1 << 20
+# Rows are rendered in bands, up to three under way at a time. A band has at most so many pixels,
+# enough to cost nothing (half or twice as many take as long). The first ones have about as many as
+# test FIRST_BAND spheres, and what they take says how many rows the next ones can have: so Ctrl-C
+# is answered within three times BAND_SECONDS, or three rows, whatever the scene and the device.
+BAND, FIRST_BAND = 1 << 20, 1 << 23
+BAND_SECONDS = 0.1
 LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
 
 
@@ -112,85 +119,104 @@ class Renderer:
         height: int,
         *,
         dtype: DTypeLike = np.float32,
+        region: Region | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> NDArray[Any]:
         """Renders a picture.
 
         Args:
+            width, height: of the whole picture, pixels.
             dtype: float32 gives linear colours, not clipped; uint8 gives round(255 c) of them,
                 clipped to [0, 1].
+            region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
+                y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
             progress: called with the number of rows just finished.
 
         Returns:
-            (height, width, 3) of dtype.
+            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3), which may be a view.
+
+        Raises:
+            RequestError: there is no such size, region or dtype.
+            OutputError: the film does not fit into memory.
+            DeviceError: the device fails.
         """
-        return self._film(scene, (height, width, 3), np.dtype(dtype), progress)
+        return self._film(scene, (width, height), (3,), np.dtype(dtype), region, progress)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
-        return self._film(scene, (height, width), np.dtype(np.uint32), None)
+        return self._film(scene, (width, height), (), np.dtype(np.uint32))
 
     def _film(
         self,
         scene: Scene,
-        shape: tuple[int, ...],
+        size: tuple[int, int],
+        channels: tuple[int, ...],
         dtype: np.dtype[Any],
-        progress: Callable[[int], object] | None,
+        region: Region | None = None,
+        progress: Callable[[int], object] | None = None,
     ) -> NDArray[Any]:
         import pyopencl as cl
 
         refuse_fork()
-        height, width = shape[:2]
-        if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-            expected = f"1 to {LARGEST} pixels each way"
-            raise RequestError(f"size: expected {expected}, got {width}x{height}")
+        width, height = check_size(*size)
+        left, top, right, bottom = check_region(region, width, height)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
         program = self._program(scene, dtype, light_inside=bool(packed.encloses.any()))
-        kernel = program.render
+        # From the packet on that `left` is in: so every packet is one of the whole picture's.
+        first = left // self.lanes * self.lanes
+        columns = right - first
+        shape = (bottom - top, columns, *channels)
+        memory.require(math.prod(shape) * dtype.itemsize, f"a film of {columns}x{bottom - top}")
         film = np.empty(shape, dtype)
-        camera, spheres, materials, lights, shades, enclosing = map(
+        buffers = map(
             self._upload,
             (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades,
              packed.encloses),
         )  # fmt: skip
-        items = -(-width // (GROUP * self.lanes)) * GROUP
-        rows = max(BAND // width, 1)
+        camera, spheres, materials, lights, shades, enclosing = buffers
+        same_for_all_bands = (
+            np.int32(columns),
+            np.int32(first),
+            np.int32(scene.max_depth),
+            self.real(packed.shadow_bias),
+            camera,
+            np.int32(len(packed.spheres)),
+            spheres,
+            np.int32(len(packed.materials)),
+            materials,
+            np.int32(len(packed.lights)),
+            lights,
+            shades,
+            enclosing,
+        )
+        items = -(-columns // (GROUP * self.lanes)) * GROUP
+        rows = max(FIRST_BAND // (columns * (60 + len(packed.spheres))), 1)
         self.kernel_seconds = 0.0
         # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
         # empty while the host waits for the band before.
         under_way: deque[tuple[cl.Event, cl.Event, cl.MemoryMap, int]] = deque()
 
-        def finish_oldest() -> None:
+        def finish_oldest() -> int:
+            """Returns how many rows the next band should have."""
             done, mapped, mapping, band_rows = under_way.popleft()
             mapped.wait()
             mapping.release(self._queue)
-            self.kernel_seconds += 1e-9 * (done.profile.end - done.profile.start)
+            seconds = 1e-9 * (done.profile.end - done.profile.start)
+            self.kernel_seconds += seconds
             if progress is not None:
                 progress(band_rows)
+            fitting = band_rows * BAND_SECONDS / max(seconds, 1e-9)
+            return max(int(min(fitting, BAND / columns)), 1)
 
         try:
-            for top in range(0, height, rows):
-                band = film[top : top + rows]
+            begun = 0
+            while begun < len(film):
+                band = film[begun : begun + rows]
                 flags = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
                 buffer = cl.Buffer(self._context, flags, hostbuf=band)
-                kernel.set_args(
-                    buffer,
-                    np.int32(width),
-                    np.int32(top),
-                    np.int32(scene.max_depth),
-                    self.real(packed.shadow_bias),
-                    camera,
-                    np.int32(len(packed.spheres)),
-                    spheres,
-                    np.int32(len(packed.materials)),
-                    materials,
-                    np.int32(len(packed.lights)),
-                    lights,
-                    shades,
-                    enclosing,
-                )
+                program.render.set_args(buffer, np.int32(top + begun), *same_for_all_bands)
                 done = cl.enqueue_nd_range_kernel(
-                    self._queue, kernel, (items, len(band)), (GROUP, 1)
+                    self._queue, program.render, (items, len(band)), (GROUP, 1)
                 )
                 # On a CPU the kernel writes to the film itself; on other devices this copies.
                 array, mapped = cl.enqueue_map_buffer(
@@ -203,8 +229,9 @@ class Renderer:
                     is_blocking=False,
                 )
                 under_way.append((done, mapped, array.base, len(band)))
+                begun += len(band)
                 if len(under_way) > 2:
-                    finish_oldest()
+                    rows = finish_oldest()
             while under_way:
                 finish_oldest()
         except cl.Error as error:
@@ -212,7 +239,7 @@ class Renderer:
         finally:
             self._queue.finish()  # the device writes to the film: an error must not free it
         program.keep()
-        return film
+        return film[:, left - first :]
 
     def _upload(self, packed: NDArray[Any]) -> "cl.Buffer":
         import pyopencl as cl
@@ -247,6 +274,41 @@ class Renderer:
         double = ["-DDOUBLE"] * (self.real is np.float64)
         literal = ["-DLITERAL"] * (self.precision == "literal")
         return [f"-DLANES={self.lanes}", *double, *literal, *options]
+
+
+def check_size(width: int, height: int) -> tuple[int, int]:
+    """Whole numbers of pixels that float32 can count.
+
+    Raises:
+        RequestError: they are not.
+    """
+    try:
+        size = operator.index(width), operator.index(height)
+    except TypeError:
+        size = 0, 0
+    if not all(1 <= pixels <= LARGEST for pixels in size):
+        expected = f"1 to {LARGEST} pixels each way"
+        raise RequestError(f"size: expected {expected}, got {width}x{height}")
+    return size
+
+
+def check_region(region: Region | None, width: int, height: int) -> Region:
+    """The region, or all of the picture.
+
+    Raises:
+        RequestError: it is empty or not inside the picture.
+    """
+    if region is None:
+        return 0, 0, width, height
+    try:
+        left, top, right, bottom = map(operator.index, region)
+        good = 0 <= left < right <= width and 0 <= top < bottom <= height
+    except (TypeError, ValueError):
+        good = False
+    if not good:
+        expected = f"X0 Y0 X1 Y1 with 0 <= X0 < X1 <= {width} and 0 <= Y0 < Y1 <= {height}"
+        raise RequestError(f"region: expected {expected}, got {region}")
+    return left, top, right, bottom
 
 
 def render(scene: Scene, width: int, height: int, **options: Any) -> NDArray[np.float32]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import image
+from clrt import image, memory
 from clrt.errors import RequestError
 
 Frames = Iterable[NDArray[np.uint8]]
@@ -20,7 +20,8 @@ PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
     ".gif": ("GIF", {}),
     ".apng": ("PNG", {"compress_level": 1}),
 }
-SUFFIXES = (".mp4", *PICTURES)
+SIDES = {".mp4": 16384, ".webp": 16383, ".gif": 65535, ".apng": 2**24}  # pixels each way
+SUFFIXES = tuple(SIDES)
 
 
 def is_pattern(path: Path) -> bool:
@@ -34,24 +35,29 @@ def numbered(path: Path, frame: int) -> Path:
     return path.with_name(path.name.replace("#" * hashes, f"{frame:0{hashes}d}"))
 
 
-def check_output(path: Path) -> None:
+def check_output(path: Path, width: int, height: int, frames: int) -> None:
     """Finds out before rendering what would fail after it.
 
     Raises:
-        RequestError: the suffix names no format, the folder is not there, or PyAV is not.
+        RequestError: the suffix names no format, or none of this size, or the folder or PyAV is
+            not there.
+        OutputError: the frames do not fit into memory.
     """
     if is_pattern(path):
         if "#" * path.name.count("#") not in path.name:
             raise RequestError(f"{path}: expected all # in one place")
-        image.check_output(numbered(path, 0))
+        image.check_output(numbered(path, 0), width, height)
         return
     if path.suffix.lower() not in SUFFIXES:
         known = " ".join(SUFFIXES)
         raise RequestError(
             f"{path}: expected a name that ends in {known}, or has #### for a number"
         )
-    image.check_folder(path)
-    if path.suffix.lower() == ".mp4":
+    image.check_file(path)
+    image.check_sides(path, width, height, SIDES[path.suffix.lower()])
+    if path.suffix.lower() in PICTURES:
+        memory.require(4 * width * height * frames, f"{path}: all frames of {width}x{height}")
+    else:
         try:
             import av  # noqa: F401
         except ImportError:

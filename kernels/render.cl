@@ -15,10 +15,11 @@
 // FNV's prime: paths are hashed here as in clrt/reference.py.
 #define HASHED(mask, path, value) PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
 
-// film: this band of rows, width * CHANNELS each. Global size: (packets of a row,
+// film: this band of rows, width * CHANNELS each; its first pixel is (first_column, first_row) of the
+// picture, where a packet begins: first_column is a multiple of LANES. Global size: (packets of a row,
 // rounded up to whole work-groups; rows).
-__kernel void render(__global channel *film, int width, int first_row, int max_depth,
-                     real shadow_bias, __global const Camera *camera, int sphere_count,
+__kernel void render(__global channel *film, int first_row, int width, int first_column,
+                     int max_depth, real shadow_bias, __global const Camera *camera, int sphere_count,
                      __global const Sphere *spheres, int material_count,
                      __global const Material *materials, int light_count,
                      __global const Light *lights, __global const Shade *shades,
@@ -26,7 +27,7 @@ __kernel void render(__global channel *film, int width, int first_row, int max_d
     int column = get_global_id(0) * LANES, row = get_global_id(1), s;
     if (column >= width) return;
 
-    Pixels at = pixels_at(camera, column, first_row + row);
+    Pixels at = pixels_at(camera, first_column + column, first_row + row);
     reals length2 = at.x * at.x + (at.y * at.y + 1);
     reals inv_length = inverse_sqrt(length2);
     Vector through = vector(at.x, at.y, -1);

@@ -65,6 +65,14 @@ def test_options_reach_the_scene(run) -> None:
     assert abs(exact - truth).max() < 1e-7
 
 
+def test_a_region(run) -> None:
+    run("render", "-o", "whole.png", *SMALL)
+    result = run("render", "-o", "part.png", "--region", "5", "3", "40", "20", *SMALL)
+    assert "part.png: 35x17, rendered in" in result.stderr
+    whole, part = map(Image.open, ("whole.png", "part.png"))
+    assert (np.asarray(part) == np.asarray(whole)[3:20, 5:40]).all()
+
+
 def test_quiet_says_nothing(run) -> None:
     result = run("render", "-q", *SMALL)
     assert result.stdout == result.stderr == ""
@@ -105,6 +113,8 @@ def test_compare(run) -> None:
         (["render", "--threads", "100000"], "--threads"),
         (["render", "--width", "0"], "--width"),
         (["render", "--width", "3000000000", "--height", "1"], "size: expected 1 to 16777216"),
+        (["render", "--region", "0", "0", "9", "2161"], "region: expected X0 Y0 X1 Y1 with 0 <="),
+        (["render", "-o", "a.jpg", "--width", "65501"], "a.jpg: .jpg has no more than 65500"),
         (["render", "--max-depth", "99999999999"], "max_depth: expected a whole number"),
         (["render", "--lanes", "3"], "--lanes"),
         (["render", "--shadow-bias", "inf"], "shadow_bias: expected"),

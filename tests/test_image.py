@@ -1,5 +1,6 @@
 """Image files: each format read back, whole or not there."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,7 @@ def test_float_round_trip(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize("suffix", image.SUFFIXES)
 def test_every_suffix_has_a_film(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
-    image.check_output(path)
+    image.check_output(path, 30, 20)
     image.save(path, BYTES if image.film_dtype(path) is np.uint8 else FLOATS)
     assert image.load(path).shape == (20, 30, 3)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
@@ -44,13 +45,49 @@ def test_every_suffix_has_a_film(tmp_path: Path, suffix: str) -> None:
 
 def test_check_output(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match=r"ends in one of \.png"):
-        image.check_output(tmp_path / "a.exr")
+        image.check_output(tmp_path / "a.exr", 1, 1)
     with pytest.raises(RequestError, match="does not exist"):
-        image.check_output(tmp_path / "none" / "a.png")
-    folder = tmp_path / "a.png"
-    folder.mkdir()
-    with pytest.raises(RequestError, match="is a folder"):
-        image.check_output(folder)
+        image.check_output(tmp_path / "none" / "a.png", 1, 1)
+    (tmp_path / "a.png").mkdir()
+    os.mkfifo(tmp_path / "b.png")
+    (tmp_path / "c.png").symlink_to("/dev/full")
+    for name in ("a.png", "b.png", "c.png"):
+        with pytest.raises(RequestError, match="is a folder or a device, expected a file's name"):
+            image.check_output(tmp_path / name, 1, 1)
+    (tmp_path / "d.png").symlink_to("d.png")
+    with pytest.raises(RequestError, match="loop"):
+        image.check_output(tmp_path / "d.png", 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "largest"),
+    [
+        (".jpg", (65500, 1)),
+        (".webp", (16383, 1)),
+        (".webp", (1, 16383)),
+        (".tif", (10**9 // 50000, 50000)),
+        (".bmp", (10**9 // 50000, 50000)),
+    ],
+)
+def test_what_a_format_can_hold(tmp_path: Path, suffix: str, largest: tuple[int, int]) -> None:
+    path = tmp_path / f"a{suffix}"
+    width, height = largest
+    image.check_output(path, width, height)
+    if width * height < 10**6:
+        image.save(path, np.zeros((height, width, 3), np.uint8))
+        assert image.load(path).shape == (height, width, 3)
+    with pytest.raises(RequestError, match=f"a{suffix}: {suffix} has no more than"):
+        image.check_output(path, width + 1, height + 1)
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "a.png").symlink_to("there/b.png")
+    for _ in range(2):
+        image.check_output(tmp_path / "a.png", 30, 20)
+        image.save(tmp_path / "a.png", BYTES)
+        assert (tmp_path / "a.png").is_symlink()
+        assert [path.name for path in (tmp_path / "there").iterdir()] == ["b.png"]
 
 
 def test_a_failed_write_leaves_what_was_there(

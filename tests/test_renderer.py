@@ -80,8 +80,44 @@ def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) 
     whole = renderer.render(scene, 75, 40)
     monkeypatch.setattr("clrt.renderer.BAND", 75 * 7)
     rows: list[int] = []
+    monkeypatch.setattr("clrt.renderer.FIRST_BAND", 64 * 75 * 2)
     assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
-    assert rows == [7, 7, 7, 7, 7, 5]
+    assert rows == [2, 2, 2, 7, 7, 7, 7, 6]
+    rows = []
+    monkeypatch.setattr("clrt.renderer.BAND_SECONDS", 0.0)  # a slow device: row by row
+    assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
+    assert rows == [2, 2, 2, *34 * [1]]
+
+
+REGIONS = [(0, 0, 101, 67), (0, 0, 1, 1), (17, 3, 50, 64), (50, 30, 51, 67), (99, 66, 101, 67)]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.uint8])
+@pytest.mark.parametrize("name", clrt.builtin_scenes())
+def test_a_region_is_the_crop_of_the_whole(renderer: Renderer, name: str, dtype) -> None:
+    scene = clrt.load_scene(name)
+    whole = renderer.render(scene, 101, 67, dtype=dtype)
+    for x0, y0, x1, y1 in REGIONS:
+        part = renderer.render(scene, 101, 67, dtype=dtype, region=(x0, y0, x1, y1))
+        assert part.shape == (y1 - y0, x1 - x0, 3)
+        assert (part == whole[y0:y1, x0:x1]).all()
+
+
+@pytest.mark.parametrize("region", [(0, 0, 0, 9), (0, 0, 9, 10), (-1, 0, 5, 5), (5, 0, 4, 5), (1,)])
+def test_refuses_a_region(region) -> None:
+    with pytest.raises(clrt.RequestError, match="region: expected X0 Y0 X1 Y1 with 0 <= X0 < X1"):
+        Renderer().render(clrt.load_scene("four-spheres"), 9, 9, region=region)
+
+
+@pytest.mark.parametrize("size", [(0, 1), (2.5, 2), ("3", 3), (2**31, 1), (None, 1)])
+def test_refuses_a_size(size) -> None:
+    with pytest.raises(clrt.RequestError, match="size: expected 1 to 16777216 pixels each way"):
+        Renderer().render(clrt.load_scene("four-spheres"), *size)
+
+
+def test_numpys_whole_numbers_are_sizes() -> None:
+    image = Renderer().render(clrt.load_scene("four-spheres"), np.int64(8), np.uint16(5))
+    assert image.shape == (5, 8, 3)
 
 
 def test_literal_is_the_papers_formula(device: cl.Device, lanes: int, truths) -> None:

@@ -112,11 +112,13 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
         (["--fps", "nan"], "--fps"),
         (["--frames", "100-130"], "--frames: expected frames from 0 to 119"),
         (["--resume"], "--resume: expected an output with ####"),
+        (["--width", "20000"], "a.mp4: .mp4 has no more than 16384 pixels each way"),
+        (["-o", "a.webp", "--width", "16384"], "a.webp: .webp has no more than 16383 pixels"),
         (["four-spheres"], "animation: expected a table, got none"),
     ],
 )
 def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: str) -> None:
-    result = run(*words, *SMALL)
+    result = run(*SMALL, *words)
     assert result.exit_code == 2
     assert said in result.stderr
     assert not list(tmp_path.iterdir())
@@ -125,4 +127,4 @@ def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: 
 def test_without_pyav_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "av", None)
     with pytest.raises(RequestError, match=r"pip install 'clrt\[video\]'"):
-        video.check_output(Path("a.mp4"))
+        video.check_output(Path("a.mp4"), 8, 8, 1)
