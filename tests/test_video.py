@@ -112,7 +112,7 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
         (["--fps", "nan"], "--fps"),
         (["--frames", "100-130"], "--frames: expected frames from 0 to 119"),
         (["--resume"], "--resume: expected an output with ####"),
-        (["--width", "20000"], "a.mp4: .mp4 has no more than 16384 pixels each way"),
+        (["--width", "20000"], "orbit.mp4: .mp4 has no more than 16384 pixels each way"),
         (["-o", "a.webp", "--width", "16384"], "a.webp: .webp has no more than 16383 pixels"),
         (["four-spheres"], "animation: expected a table, got none"),
     ],
