@@ -5,10 +5,12 @@ whoever makes them: a file or Python code. Lengths are in world units, colours l
 """
 
 import math
-from collections.abc import Iterable
+import operator
+from collections.abc import Callable
 from typing import Literal, TypeAlias
 
 import msgspec
+from msgspec.structs import force_setattr
 
 Vec3: TypeAlias = tuple[float, float, float]
 Color: TypeAlias = tuple[float, float, float]
@@ -16,19 +18,44 @@ Color: TypeAlias = tuple[float, float, float]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
+MAX_DEPTH = 1000
+"""Between mirrors that face each other a path has no end: seconds at 4K, but not hours."""
+
+
 def _require(good: bool, key: str, expected: str, value: object) -> None:
     if not good:
         raise ValueError(f"{key}: expected {expected}, got {value!r}")
 
 
-def _finite(struct: msgspec.Struct, keys: Iterable[str]) -> None:
+def _vectors(struct: msgspec.Struct, *keys: str) -> None:
+    """Makes triples of floats of any sequences of three finite numbers."""
     for key in keys:
-        value = getattr(struct, key)
-        if isinstance(value, tuple):
-            good = len(value) == 3 and all(map(math.isfinite, value))
-            _require(good, key, "three finite numbers", value)
-        else:
-            _require(math.isfinite(value), key, "a finite number", value)
+        given = getattr(struct, key)
+        try:
+            good = len(given) == 3 and all(map(math.isfinite, given))
+        except (TypeError, OverflowError):
+            good = False
+        _require(good, key, "three finite numbers", given)
+        force_setattr(struct, key, tuple(map(float, given)))
+
+
+def _number(struct: msgspec.Struct, key: str, expected: str, good: Callable[[float], bool]) -> None:
+    given = getattr(struct, key)
+    try:
+        fine = math.isfinite(given) and good(given)
+    except (TypeError, OverflowError):
+        fine = False
+    _require(fine, key, expected, given)
+    force_setattr(struct, key, float(given))
+
+
+def _count(struct: msgspec.Struct, key: str, least: int, most: int) -> None:
+    given = getattr(struct, key)
+    try:
+        good = least <= operator.index(given) <= most
+    except TypeError:
+        good = False
+    _require(good, key, f"a whole number from {least} to {most}", given)
 
 
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -41,13 +68,15 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Horizontal, degrees, between 0 and 180."""
 
     def __post_init__(self) -> None:
-        _finite(self, ("position", "look_at", "up", "fov"))
-        _require(0 < self.fov < 180, "fov", "degrees between 0 and 180", self.fov)
+        _vectors(self, "position", "look_at", "up")
+        _number(self, "fov", "degrees between 0 and 180", lambda fov: 0 < fov < 180)
         ahead = _minus(self.look_at, self.position)
-        _require(math.hypot(*ahead) > 0, "look_at", "a point apart from position", self.look_at)
-        right = math.hypot(*_cross(ahead, self.up))
+        _require(any(ahead), "look_at", "a point apart from position", self.look_at)
+        good = all(map(math.isfinite, ahead))
+        _require(good, "look_at", "a point less than 1.8e308 from position", self.look_at)
+        ahead, up = _near_one(ahead), _near_one(self.up)
         # The sine of the angle between them; below 1e-9 float64 cannot tell where right is.
-        good = right > 1e-9 * math.hypot(*ahead) * math.hypot(*self.up)
+        good = math.hypot(*_cross(ahead, up)) > 1e-9 * math.hypot(*ahead) * math.hypot(*up)
         _require(good, "up", "a direction not parallel to look_at - position", self.up)
 
     @property
@@ -58,7 +87,7 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:
         """The unit vectors right, up and back (against the view), in world space."""
         back = _unit(_minus(self.position, self.look_at))
-        right = _unit(_cross(self.up, back))
+        right = _unit(_cross(_near_one(self.up), back))
         return right, _cross(back, right), back
 
 
@@ -72,7 +101,7 @@ class Light(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     specular: Color = WHITE
 
     def __post_init__(self) -> None:
-        _finite(self, ("position", "ambient", "diffuse", "specular"))
+        _vectors(self, "position", "ambient", "diffuse", "specular")
 
 
 class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -87,11 +116,9 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The part of the mirrored light that is added, in [0, 1]."""
 
     def __post_init__(self) -> None:
-        _finite(self, ("ambient", "diffuse", "specular"))
-        good = 0 <= self.shininess < math.inf
-        _require(good, "shininess", "a finite number, at least 0", self.shininess)
-        good = 0 <= self.reflection <= 1
-        _require(good, "reflection", "a number from 0 to 1", self.reflection)
+        _vectors(self, "ambient", "diffuse", "specular")
+        _number(self, "shininess", "a finite number, at least 0", lambda alpha: alpha >= 0)
+        _number(self, "reflection", "a number from 0 to 1", lambda part: 0 <= part <= 1)
 
 
 class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -102,9 +129,8 @@ class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     material: str
 
     def __post_init__(self) -> None:
-        _finite(self, ("center",))
-        good = 0 < self.radius < math.inf
-        _require(good, "radius", "a finite number above 0", self.radius)
+        _vectors(self, "center")
+        _number(self, "radius", "a finite number above 0", lambda radius: radius > 0)
 
 
 class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -117,12 +143,13 @@ class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fov: float | None = None
 
     def __post_init__(self) -> None:
-        given = [key for key in MOVING if getattr(self, key) is not None]
-        _finite(self, given)
+        _vectors(self, *(key for key in MOVING[:3] if getattr(self, key) is not None))
+        if self.fov is not None:
+            _number(self, "fov", "a finite number", lambda fov: True)
 
 
 MOVING = ("position", "look_at", "up", "fov")
-"""What of a camera a key can give."""
+"""What of a camera a key can give: three vectors and a number."""
 
 
 class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -134,8 +161,8 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     interpolation: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
-        _require(1 <= self.frames <= 10**7, "frames", "a number from 1 to 10000000", self.frames)
-        _require(0.001 <= self.fps <= 1000, "fps", "a number from 0.001 to 1000", self.fps)
+        _count(self, "frames", 1, 10**7)
+        _number(self, "fps", "a number from 0.001 to 1000", lambda fps: 0.001 <= fps <= 1000)
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
         before = -1
         for i, key in enumerate(self.keys):
@@ -159,10 +186,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     animation: Animation | None = None
 
     def __post_init__(self) -> None:
-        good = 1 <= self.max_depth < 2**31
-        _require(good, "max_depth", "a whole number, at least 1 and below 2^31", self.max_depth)
-        good = 0 <= self.shadow_bias < math.inf
-        _require(good, "shadow_bias", "a finite number, at least 0", self.shadow_bias)
+        _count(self, "max_depth", 1, MAX_DEPTH)
+        _number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
         for i, sphere in enumerate(self.spheres):
             if sphere.material not in self.materials:
                 known = ", ".join(map(repr, self.materials)) or "none"
@@ -183,6 +208,13 @@ def _cross(a: Vec3, b: Vec3) -> Vec3:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+def _near_one(a: Vec3) -> Vec3:
+    """Scaled by a power of two, which is exact, so that products stay in range."""
+    _, exponent = math.frexp(max(map(abs, a)))
+    return math.ldexp(a[0], -exponent), math.ldexp(a[1], -exponent), math.ldexp(a[2], -exponent)
+
+
 def _unit(a: Vec3) -> Vec3:
+    a = _near_one(a)
     length = math.hypot(*a)
     return a[0] / length, a[1] / length, a[2] / length

@@ -1,5 +1,6 @@
 """Scene files: TOML to Scene, with errors that name file, key and what was expected."""
 
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -12,6 +13,7 @@ from clrt.errors import SceneError
 from clrt.scene import Material, Scene
 
 T = TypeVar("T")
+LARGEST = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
 
 
 def builtin_scenes() -> list[str]:
@@ -33,18 +35,30 @@ def load_scene(source: str | Path) -> Scene:
     if name in builtin_scenes():
         path = data.folder("scenes") / f"{name}.toml"
     try:
-        text = path.read_bytes()
+        text = _read(path)
     except FileNotFoundError:
         known = ", ".join(builtin_scenes())
         raise SceneError(f"{name}: no such file, nor a built-in scene ({known})") from None
-    except OSError as error:
-        raise SceneError(f"{name}: cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise SceneError(f"{name}: cannot be read: {reason}") from None
     try:
         return parse_scene(text.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise SceneError(f"{name}: expected UTF-8 text") from None
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
+
+
+def _read(path: Path) -> bytes:
+    # So a pipe that nobody writes to is empty, where to open it would wait for a writer.
+    file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(file, True)
+    with open(file, "rb") as opened:
+        text = opened.read(LARGEST + 1)
+    if len(text) > LARGEST:
+        raise ValueError(f"expected at most {LARGEST >> 20} MB of TOML")
+    return text
 
 
 def parse_scene(text: str) -> Scene:
@@ -81,7 +95,7 @@ def _located(message: str, path: str) -> str:
     if found := re.match(
         r"Object (contains unknown|missing required) field `(.*)`", message, re.DOTALL
     ):
-        path += f".{found[2]}"
+        path += "." + (found[2] or '""')
         message = "unknown key" if found[1] == "contains unknown" else "expected a value, got none"
     elif found := re.match(r"([\w.\[\]]+): (expected .*)", message):  # one of scene.py's own
         path += f".{found[1]}"

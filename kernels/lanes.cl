@@ -17,7 +17,9 @@
 #ifndef __has_builtin
 #define __has_builtin(name) 0
 #endif
-#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_max)
+// Oclgrind compiles these but cannot run them; PyOpenCL says that it is there.
+#if __has_builtin(__builtin_reduce_or) && __has_builtin(__builtin_reduce_max) && \
+    !defined(PYOPENCL_USING_OCLGRIND)
 #define REDUCES
 #endif
 

@@ -3,6 +3,7 @@
 import math
 
 import msgspec
+import numpy as np
 import pytest
 
 import clrt
@@ -37,7 +38,17 @@ def test_is_frozen() -> None:
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 1)), "look_at"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), up=(0, 0, 2)), "up"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), fov=180), "fov"),
-        (lambda: clrt.Scene(CAMERA, max_depth=0), "max_depth"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), up=(0, 0, 0)), "up"),
+        (lambda: clrt.Camera((0, 0, 1e308), (0, 0, -1e308)), "look_at: expected a point less than"),
+        (lambda: clrt.Camera((0, 0, 1), "abc"), "look_at: expected three finite numbers"),
+        (lambda: clrt.Camera((0, 0, 1), 5), "look_at: expected three finite numbers"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 10**400)), "look_at: expected three"),
+        (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), fov="90"), "fov: expected degrees"),
+        (lambda: clrt.Sphere((0, 0, 0), None, "red"), "radius: expected a finite number"),
+        (lambda: clrt.Animation(2.5, ()), "frames: expected a whole number from 1"),
+        (lambda: clrt.Scene(CAMERA, max_depth=0), "max_depth: expected a whole number from 1 to"),
+        (lambda: clrt.Scene(CAMERA, max_depth=1001), "max_depth"),
+        (lambda: clrt.Scene(CAMERA, max_depth=2.5), "max_depth"),
         (lambda: clrt.Scene(CAMERA, shadow_bias=-1e-5), "shadow_bias"),
         (
             lambda: clrt.Scene(CAMERA, spheres=(clrt.Sphere((0, 0, 0), 1, "blue"),)),
@@ -48,6 +59,18 @@ def test_is_frozen() -> None:
 def test_refuses(make, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         make()
+
+
+def test_any_three_numbers_are_a_vector() -> None:
+    camera = clrt.Camera([0, 0, 1], np.zeros(3, np.float32), fov=np.float32(90))
+    assert camera == CAMERA
+    assert all(type(x) is float for x in (*camera.position, *camera.look_at, camera.fov))
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-300, 1e300])
+def test_a_cameras_vectors_can_be_of_any_length(size: float) -> None:
+    camera = clrt.Camera((0, 0, size), (0, 0, 0), up=(0, size, 0))
+    assert camera.basis() == CAMERA.basis()
 
 
 def test_camera_basis_is_orthonormal_and_right_handed() -> None:

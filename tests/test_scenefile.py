@@ -1,8 +1,16 @@
 """Scene files: what is wrong is said with file, key and what was expected."""
 
+import functools
+import os
+import re
+import tempfile
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
 
 import clrt
 from clrt.data import folder
@@ -25,6 +33,18 @@ center = [-0.2, 0.0, -1.0]
 radius = 0.7
 material = "red"
 """
+
+
+ANIMATION = """
+[animation]
+frames = 9
+keys = [{frame = 0, fov = 50.0}, {frame = 8, position = [0.0, 1.0, 2.0]}]
+"""
+
+
+@functools.cache
+def renderer() -> clrt.Renderer:
+    return clrt.Renderer()
 
 
 def test_defaults() -> None:
@@ -63,10 +83,12 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("shininess = 100.0", "shininess = 1\nfuzz = 1", "materials.red.fuzz: unknown key"),
         ("shininess = 100.0", "shininess = 1\nreflection = 1.1", "materials.red.reflection: "),
         ("[5.0, 5.0, 5.0]", "[5.0, 5.0, 5.0]\ntype = 'spot'", "lights[0].type: "),
-        ("max_depth = 3", "max_depth = 0", "max_depth: expected a whole number, at least 1"),
+        ("max_depth = 3", "max_depth = 0", "max_depth: expected a whole number from 1 to 1000"),
         ("max_depth = 3", "max_depth = 3000000000", "max_depth: expected a whole number"),
         ("max_depth = 3", "max_depth = 2.5", "max_depth: expected `int`"),
+        ("max_depth = 3", "max_depth = 1000000", "max_depth: expected a whole number from 1 to"),
         ("max_depth = 3", "depth = 3", "depth: unknown key"),
+        ("max_depth = 3", "'' = 3", '"": unknown key'),
         ("max_depth = 3", "max_depth = 2020-01-01", "max_depth: expected `int`"),
         ("[camera]", "[camera]\nup = [0.0, 0.0, 1.0]", "camera.up: expected a direction not"),
         ("[camera]", "[camera]\nfov = 200.0", "camera.fov: expected degrees"),
@@ -110,7 +132,67 @@ def test_unreadable(tmp_path: Path) -> None:
         clrt.load_scene(tmp_path / "none.toml")
     with pytest.raises(clrt.SceneError, match="cannot be read"):
         clrt.load_scene(tmp_path)
+    with pytest.raises(clrt.SceneError, match="cannot be read: embedded null"):
+        clrt.load_scene("a\0b")
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe")
     with pytest.raises(clrt.SceneError, match="expected UTF-8"):
         clrt.load_scene(binary)
+    large = tmp_path / "large.toml"
+    with large.open("wb") as file:
+        file.truncate(200_000_000)
+    for endless in ("/dev/zero", large):
+        with pytest.raises(clrt.SceneError, match="cannot be read: expected at most 64 MB"):
+            clrt.load_scene(endless)
+
+
+def test_a_pipe_is_waited_for_only_if_somebody_writes(tmp_path: Path) -> None:
+    pipe = tmp_path / "scene.toml"
+    os.mkfifo(pipe)
+    with pytest.raises(clrt.SceneError, match="camera: expected a value, got none"):
+        clrt.load_scene(pipe)
+    reading, writing = os.pipe()
+    writer = threading.Timer(0.3, lambda: (os.write(writing, GOOD.encode()), os.close(writing)))
+    writer.start()
+    assert clrt.load_scene(f"/dev/fd/{reading}") == parse_scene(GOOD)
+    os.close(reading)
+
+
+WORDS = re.findall(r"[\w.\-]+|[^\w\s]|\s", GOOD + ANIMATION)
+NUMBERS = [i for i, word in enumerate(WORDS) if re.fullmatch(r"-?[\d.]+", word)]
+ODD_NUMBERS = ["0", "-0.0", "1", "-7", "0.5", "179.9", "1e-320", "-1e308", "1e20", "nan", "inf",
+               "9" * 400, "1000", "true", "2020-01-01", '"1"', "[]", "[1, 2, 3]", "{}"]  # fmt: skip
+ODD_WORDS = sorted({*WORDS, *ODD_NUMBERS, '"""', "\0", "é"})
+
+
+@st.composite
+def mutated(draw: st.DrawFn) -> bytes:
+    """A scene file with some numbers changed, words gone, doubled or moved, or a byte spoilt."""
+    words = WORDS.copy()
+    for i in draw(st.lists(st.sampled_from(NUMBERS), max_size=4)):
+        words[i] = draw(st.sampled_from(ODD_NUMBERS))
+    for _ in range(draw(st.sampled_from([0, 0, 0, 1, 2]))):
+        at = draw(st.integers(0, len(words) - 1))
+        new = draw(st.lists(st.sampled_from(ODD_WORDS), max_size=3))
+        words[at : at + draw(st.integers(0, 3))] = new
+    text = bytearray("".join(words).encode())
+    if draw(st.sampled_from([False, False, False, True])):
+        text[draw(st.integers(0, len(text) - 1))] = draw(st.integers(0, 255))
+    return bytes(text)
+
+
+@settings(max_examples=400, deadline=None)
+@given(text=mutated())
+def test_a_mutated_file_is_a_picture_or_one_line(text: bytes) -> None:
+    with tempfile.NamedTemporaryFile(suffix=".toml") as file:
+        file.write(text)
+        file.flush()
+        try:
+            scene = clrt.load_scene(file.name)
+            assert np.isfinite(renderer().render(scene, 5, 2)).all()
+            for frame in clrt.animate(scene, 4, 3, frames=[0, 5], renderer=renderer()):
+                assert np.isfinite(frame).all()
+        except clrt.SceneError as error:
+            event(re.sub(r"[\d'`].*", "", str(error).removeprefix(file.name)))
+        else:
+            event("pictures")
