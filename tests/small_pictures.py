@@ -1,0 +1,33 @@
+"""Renders the suite's small pictures, to be watched by a checker (README, "How accurate?"):
+
+oclgrind --data-races --uninitialized .venv/bin/python tests/small_pictures.py [LANES ...]
+"""
+
+import sys
+
+import numpy as np
+from hard_cases import CASES
+
+import clrt
+from clrt.renderer import LANES, PRECISIONS, Renderer
+
+WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lanes
+REGION = (3, 1, 36, 3)
+
+
+def main(all_lanes: list[int]) -> None:
+    scenes = [clrt.load_scene(name) for name in clrt.builtin_scenes()]
+    scenes += [case.scene for case in CASES]
+    for lanes in all_lanes:
+        for precision in PRECISIONS:
+            renderer = Renderer(lanes=lanes, precision=precision)
+            for scene in scenes:
+                renderer.render(scene, WIDTH, HEIGHT)
+            for scene in scenes[:8]:
+                renderer.paths(scene, WIDTH, HEIGHT)
+                renderer.render(scene, WIDTH, HEIGHT, dtype=np.uint8, region=REGION)
+            print(f"{renderer.device.name}: {lanes} lanes, {precision}: {len(scenes)} scenes")
+
+
+if __name__ == "__main__":
+    main([int(word) for word in sys.argv[1:]] or list(LANES))
