@@ -92,6 +92,12 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
         literal: for the kernel's LITERAL: the scene is turned but stays where and as large as it
             is in the world, and no sphere is treated in a special way.
     """
+    # What is beyond float32's range is infinite to the paper's formula, and to nothing else.
+    with np.errstate(over="ignore" if literal else "raise"):
+        return _pack(scene, width, height, real, literal)
+
+
+def _pack(scene: Scene, width: int, height: int, real: Real, literal: bool) -> Packed:
     # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
     wide = np.longdouble
     eye = np.array(scene.camera.position, wide)
