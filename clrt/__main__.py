@@ -6,10 +6,16 @@ import sys
 from contextlib import suppress
 from types import FrameType
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Those that are not ignored, as Ctrl-C is by a shell's background jobs.
+SIGNALS = [
+    number
+    for number in (signal.SIGINT, signal.SIGTERM)
+    if signal.getsignal(number) is not signal.SIG_IGN
+]
 
 # As long as there is nothing to clean up they end it without Python's traceback.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
+for number in SIGNALS:
+    signal.signal(number, signal.SIG_DFL)
 
 from clrt.cli import main as command  # noqa: E402
 

@@ -351,12 +351,12 @@ def animate(
             rendered = animation.animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
             )
-        bar = tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False)
-        if pattern:
-            for k, frame in zip(chosen, bar, strict=True):
-                image.save(video.numbered(output, k), frame)
-        else:
-            video.save(output, bar, moves.fps, crf)
+        with tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar:
+            if pattern:
+                for k, frame in zip(chosen, bar, strict=True):
+                    image.save(video.numbered(output, k), frame)
+            else:
+                video.save(output, bar, moves.fps, crf)
     if not quiet:
         click.echo(
             f"{output}: {len(chosen)} frames of {width}x{height} in "

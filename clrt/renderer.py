@@ -2,6 +2,7 @@
 
 import math
 import operator
+import threading
 from collections import deque
 from collections.abc import Callable
 from types import TracebackType
@@ -51,6 +52,8 @@ LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
 class Renderer:
     """Renders scenes on one device, keeping what was compiled.
 
+    Threads can share one, which renders one picture at a time, or have one each.
+
     Args:
         precision: "robust" (float32, the split formula), "literal" (float32, the paper's
             formulas as they stand) or "double" (float64).
@@ -93,6 +96,7 @@ class Renderer:
             self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
         )
         self._programs: dict[tuple[str, ...], Program] = {}
+        self._lock = threading.Lock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
 
@@ -140,11 +144,13 @@ class Renderer:
             OutputError: the film does not fit into memory.
             DeviceError: the device fails.
         """
-        return self._film(scene, (width, height), (3,), np.dtype(dtype), region, progress)
+        with self._lock:
+            return self._film(scene, (width, height), (3,), np.dtype(dtype), region, progress)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
-        return self._film(scene, (width, height), (), np.dtype(np.uint32))
+        with self._lock:
+            return self._film(scene, (width, height), (), np.dtype(np.uint32))
 
     def _film(
         self,

@@ -101,7 +101,7 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf:
                 file.mux(stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")))
             file.mux(stream.encode())
     except av.FFmpegError as error:
-        raise ValueError(f"H.264: {error}") from None
+        raise ValueError(f"H.264: {error.strerror or error}") from None
 
 
 def _write_pictures(

@@ -2,6 +2,8 @@
 
 import gc
 import multiprocessing
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pyopencl as cl
@@ -190,6 +192,39 @@ def test_an_exception_leaves_the_renderer_usable() -> None:
             renderer.render(scene, 64, 36, progress=stop)
         gc.collect()
         assert (renderer.render(scene, 64, 36) == before).all()
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_threads(device: cl.Device, shared: bool) -> None:
+    scenes = [clrt.load_scene(name) for name in clrt.builtin_scenes()]
+    one = Renderer(device=device)
+    expected = [one.render(scene, 97, 55) for scene in scenes]
+
+    def same(i: int) -> bool:
+        used = one if shared else Renderer(device=device)
+        return bool((used.render(scenes[i % 4], 97, 55) == expected[i % 4]).all())
+
+    with ThreadPoolExecutor(8) as threads:
+        assert all(threads.map(same, range(48)))
+
+
+def test_closed_twice() -> None:
+    renderer = Renderer()
+    before = renderer.render(clrt.load_scene("four-spheres"), 8, 8)
+    renderer.close()
+    renderer.close()
+    assert (renderer.render(clrt.load_scene("four-spheres"), 8, 8) == before).all()
+
+
+def test_memory_stays_flat(device: cl.Device) -> None:
+    scenes = [clrt.load_scene(name) for name in clrt.builtin_scenes()]
+    renderer = Renderer(device=device)
+    resident = []
+    for i in range(2000):
+        renderer.render(scenes[i % 4], 64, 36, dtype=(np.float32, np.uint8)[i % 2])
+        if i in (99, 1999):
+            resident.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
+    assert resident[1] - resident[0] < 4e6  # 2 kB a picture; its film has 28 kB
 
 
 @pytest.mark.parametrize(

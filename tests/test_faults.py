@@ -1,0 +1,147 @@
+"""What goes wrong, for real and in a process of its own, and what clrt does then: faults.toml."""
+
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from PIL import Image
+
+import clrt
+from clrt.data import folder
+
+
+class Fault(msgspec.Struct):
+    """A row of faults.toml."""
+
+    name: str
+    shell: str
+    status: int
+    said: str
+
+
+TABLE = tomllib.loads((Path(__file__).parent / "faults.toml").read_text())
+FAULTS = msgspec.convert(TABLE["faults"], list[Fault])
+SMALL = (40, 23)
+
+
+@pytest.fixture(scope="session")
+def small() -> np.ndarray:
+    return clrt.Renderer().render(clrt.load_scene("four-spheres"), *SMALL, dtype=np.uint8)
+
+
+def shell(fault: Fault, here: Path) -> subprocess.CompletedProcess[bytes]:
+    """Runs it in an empty folder, with one for a disk beside it."""
+    here.mkdir()
+    (here.parent / "disk").mkdir()
+    (here.parent / "clrt").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m clrt "$@"\n')
+    (here.parent / "clrt").chmod(0o755)
+    words = ["sh", "-c", f"PATH={here.parent}:$PATH; {fault.shell}"]
+    if "mount" in fault.shell:
+        # To be allowed to mount, in a file system that goes with the process.
+        words = ["unshare", "--user", "--map-root-user", "--mount", *words]
+    return subprocess.run(
+        words,
+        cwd=here,
+        env={**os.environ, "small": "--width 40 --height 23 -q", "scenes": str(folder("scenes"))},
+        capture_output=True,
+        timeout=120,
+    )
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_picture_or_one_line(fault: Fault, tmp_path: Path, small: np.ndarray) -> None:
+    here = tmp_path / "here"
+    done = shell(fault, here)
+    said = done.stderr.decode()
+    if "unshare: " in said:
+        pytest.skip(said)
+    # What tqdm has drawn it has wiped out again.
+    lines = [line.split("\r")[-1] for line in said.strip().split("\n")]
+    assert done.returncode == fault.status, said
+    assert done.stdout == b""
+    assert lines[-1].removeprefix("clrt: ").startswith(fault.said)
+    assert len(lines) == 1 or lines[0].startswith("Usage:")
+    if fault.status > 0:
+        assert not list(here.iterdir())
+    else:
+        assert lines == [""]
+        assert (np.asarray(Image.open(here / "four-spheres.png")) == small).all()
+        assert len(list(here.iterdir())) == 1
+
+
+def answers_sigint(pid: int) -> bool:
+    caught = re.search(r"SigCgt:\s*(\w+)", Path(f"/proc/{pid}/status").read_text())
+    return caught is not None and bool(int(caught[1], 16) >> (signal.SIGINT - 1) & 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("words", ["render sunflower --width 1920 --height 1080",
+                                   "animate --width 320 --height 180 --frames 0-30"])  # fmt: skip
+def test_ended_at_any_moment(tmp_path: Path, words: str, number: signal.Signals) -> None:
+    """Nothing but the whole file is left, whenever it was; 4 * 25 moments."""
+    cache, here = tmp_path / "cache", tmp_path / "here"
+    here.mkdir()
+    command = [sys.executable, "-m", "clrt", *words.split()]
+
+    def start() -> "subprocess.Popen[str]":
+        return subprocess.Popen(
+            command,
+            cwd=here,
+            env={**os.environ, "XDG_CACHE_HOME": str(cache)},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    start().communicate()
+    begun = time.monotonic()
+    start().communicate()
+    whole = time.monotonic() - begun
+    (result,) = here.iterdir()
+    kept = set((cache / "clrt").iterdir())
+    moments = random.Random(words)
+    ended = 0
+    for _ in range(25):
+        result.unlink(missing_ok=True)
+        process = start()
+        # Python's own start is not ours: it has taken Ctrl-C over and clrt has taken it from there.
+        while not answers_sigint(process.pid):
+            time.sleep(0.001)
+        while answers_sigint(process.pid):
+            time.sleep(0.001)
+        time.sleep(moments.uniform(0, whole))
+        process.send_signal(number)
+        _, said = process.communicate(timeout=20)
+        assert "Traceback" not in said
+        assert process.returncode in (0, 128 + number, -number), said
+        assert set(here.iterdir()) <= {result}
+        assert process.returncode != 0 or result.exists()
+        ended += process.returncode != 0
+        assert set((cache / "clrt").iterdir()) == kept
+    assert ended > 5
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_spheres(tmp_path: Path) -> None:
+    path = tmp_path / "many.toml"
+    centers = np.random.default_rng(1).uniform(-3, 3, (100_000, 3)).tolist()
+    path.write_text(
+        (folder("scenes") / "first-result.toml").read_text()
+        + "".join(f"[[spheres]]\ncenter = {c}\nradius = 0.01\nmaterial = 'red'\n" for c in centers)
+    )
+    scene = clrt.load_scene(path)
+    assert len(scene.spheres) > 100_000
+    trace = clrt.reference.trace(scene, 24, 13)
+    with clrt.Renderer() as renderer:
+        flips = renderer.paths(scene, 24, 13) != trace.paths
+    assert len(np.unique(trace.paths)) > 50
+    assert flips.sum() <= 1
