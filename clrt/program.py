@@ -7,6 +7,7 @@ there in 3 ms, and in PoCL's would be after 33 ms, for it preprocesses the sourc
 import hashlib
 import os
 import secrets
+import threading
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
+
+_building = threading.Lock()  # what is done to warnings counts for all threads
 
 
 def kernel_source() -> str:
@@ -55,7 +58,7 @@ class Program:
         key = hashlib.sha256(repr((source, options, of_device)).encode()).hexdigest()
         self._path = data.cache_folder() / key
         self._files_before = _files(pocl.run_folder())
-        with warnings.catch_warnings():
+        with _building, warnings.catch_warnings():
             warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
             kept = self._kept(context, device)
             self._is_kept = kept is not None

@@ -2,6 +2,7 @@
 
 import gc
 import multiprocessing
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -196,6 +197,8 @@ def test_an_exception_leaves_the_renderer_usable() -> None:
 
 @pytest.mark.parametrize("shared", [True, False])
 def test_threads(device: cl.Device, shared: bool) -> None:
+    switching = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
     scenes = [clrt.load_scene(name) for name in clrt.builtin_scenes()]
     one = Renderer(device=device)
     expected = [one.render(scene, 97, 55) for scene in scenes]
@@ -204,8 +207,11 @@ def test_threads(device: cl.Device, shared: bool) -> None:
         used = one if shared else Renderer(device=device)
         return bool((used.render(scenes[i % 4], 97, 55) == expected[i % 4]).all())
 
-    with ThreadPoolExecutor(8) as threads:
-        assert all(threads.map(same, range(48)))
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            assert all(threads.map(same, range(48)))
+    finally:
+        sys.setswitchinterval(switching)
 
 
 def test_closed_twice() -> None:
