@@ -4,6 +4,7 @@ import errno
 import math
 import os
 import re
+import resource
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -168,7 +169,7 @@ def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     "Y1 of the picture.",
 )
 @rendering_options
-@click.option("-v", "--verbose", is_flag=True, help="Say where the time goes.")
+@click.option("-v", "--verbose", is_flag=True, help="Say where time and memory go.")
 def render(
     scene: str,
     output: Path | None,
@@ -235,7 +236,8 @@ def render(
             )
     save(output, film)
     if verbose:
-        click.echo(f"file {time.perf_counter() - rendered:.3f} s", err=True)
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+        click.echo(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB", err=True)
     if not quiet:
         size = f"{right - left}x{bottom - top}"
         click.echo(f"{output}: {size}, rendered in {rendered - compiled:.3f} s", err=True)

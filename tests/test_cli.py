@@ -1,5 +1,6 @@
 """The command line, inside this process and as a real one."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -76,6 +77,17 @@ def test_quiet_says_nothing(run) -> None:
 
 def test_verbose_says_where_and_how_long(run) -> None:
     assert "kernel alone" in run("render", "-v", *SMALL).stderr
+
+
+@pytest.mark.slow
+def test_a_large_picture_takes_seven_bytes_a_pixel(tmp_path: Path) -> None:
+    """Three of the film, and four of Pillow: none of floats."""
+    done = clrt_process("render", "-v", "--width", "16384", "--height", "16384", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    peak = re.search(r"peak memory (\d+) MB", done.stderr)
+    assert peak is not None
+    assert int(peak[1]) * 2**20 < 7 * 16384**2 + 150e6
+    (tmp_path / "four-spheres.png").unlink()
 
 
 def test_devices(run) -> None:
