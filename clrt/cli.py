@@ -353,6 +353,7 @@ def animate(
             rendered = animation.animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
             )
+        renderer.prepare(loaded, dtype)  # in this thread: clrt.pocl.signals_kept
         with tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar:
             if pattern:
                 for k, frame in zip(chosen, bar, strict=True):

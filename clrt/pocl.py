@@ -4,8 +4,10 @@ import atexit
 import ctypes
 import os
 import shutil
+import signal
 import struct
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -39,13 +41,32 @@ def starting(threads: int | None) -> Iterator[None]:
         if before[name] is None or (threads is not None and name in THREAD_VARIABLES):
             os.environ[name] = value
     try:
-        yield
+        with signals_kept():
+            yield
     finally:
         for name, was in before.items():
             if was is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = was
+
+
+@contextmanager
+def signals_kept() -> Iterator[None]:
+    """Puts the handlers of Ctrl-C and SIGTERM back.
+
+    LLVM, which compiles for PoCL and for Intel, puts its own in their place. They hand the signal
+    on, but work once only: a second one, which `timeout` sends, ends the process with its files
+    half written.
+    """
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        if threading.current_thread() is threading.main_thread():  # others may not
+            for number, handler in before.items():
+                if handler is not None:
+                    signal.signal(number, handler)
 
 
 def run_folder() -> Path:

@@ -58,7 +58,7 @@ class Program:
         key = hashlib.sha256(repr((source, options, of_device)).encode()).hexdigest()
         self._path = data.cache_folder() / key
         self._files_before = _files(pocl.run_folder())
-        with _building, warnings.catch_warnings():
+        with _building, pocl.signals_kept(), warnings.catch_warnings():
             warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
             kept = self._kept(context, device)
             self._is_kept = kept is not None
