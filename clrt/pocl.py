@@ -2,23 +2,24 @@
 
 import atexit
 import ctypes
+import fcntl
 import os
 import shutil
 import signal
 import struct
 import tempfile
 import threading
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 from clrt import data
 
 THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3; later versions
-ABANDONED = 7 * 86400  # seconds after which the folder of a process that was killed is removed
 
 _run_folder: Path | None = None
+_locks: list[IO[str]] = []  # open as long as this process lives
 
 
 @contextmanager
@@ -53,20 +54,30 @@ def starting(threads: int | None) -> Iterator[None]:
 
 @contextmanager
 def signals_kept() -> Iterator[None]:
-    """Puts the handlers of Ctrl-C and SIGTERM back.
+    """Answers Ctrl-C and SIGTERM only afterwards, by the handlers that were there before.
 
     LLVM, which compiles for PoCL and for Intel, puts its own in their place. They hand the signal
     on, but work once only: a second one, which `timeout` sends, ends the process with its files
-    half written.
+    half written. And an exception from a handler while PyOpenCL is imported aborts ("Critical
+    nanobind error").
     """
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    if threading.current_thread() is not threading.main_thread():  # others have no handlers
+        yield
+        return
+    came: list[int] = []
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        before[number] = signal.getsignal(number)
+        if callable(before[number]):  # else it is ignored, or ends the process
+            signal.signal(number, lambda number, frame: came.append(number))
     try:
         yield
     finally:
-        if threading.current_thread() is threading.main_thread():  # others may not
-            for number, handler in before.items():
-                if handler is not None:
-                    signal.signal(number, handler)
+        for number, handler in before.items():
+            if handler is not None:
+                signal.signal(number, handler)
+        for first in came[:1]:
+            signal.raise_signal(first)
 
 
 def run_folder() -> Path:
@@ -80,9 +91,15 @@ def run_folder() -> Path:
     if _run_folder is None:
         cache = data.cache_folder()
         for old in cache.glob("run-*"):
-            if time.time() - old.stat().st_mtime > ABANDONED:
+            # A process that was killed has left it there, or else the lock is taken.
+            with suppress(OSError), (old / "lock").open() as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 shutil.rmtree(old, ignore_errors=True)
-        _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
+        new = Path(tempfile.mkdtemp(prefix="new-", dir=cache))
+        _locks.append((new / "lock").open("w"))
+        with suppress(OSError):  # some network file systems have no locks
+            fcntl.flock(_locks[-1], fcntl.LOCK_EX)
+        _run_folder = new.rename(cache / new.name.replace("new-", "run-"))
         atexit.register(_remove, _run_folder, os.getpid())
     return _run_folder
 
