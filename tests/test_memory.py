@@ -1,0 +1,29 @@
+"""What does not fit is said."""
+
+import resource
+
+import pytest
+
+from clrt import memory
+from clrt.errors import OutputError
+
+
+def test_available_is_between_what_numpy_takes_and_the_machines_memory() -> None:
+    total = memory._fields(memory.Path("/proc/meminfo"))["MemTotal:"] * 1024
+    assert 1e8 < memory.available() < total
+
+
+def test_require() -> None:
+    memory.require(10**6, "a film")
+    with pytest.raises(OutputError, match=r"a film needs 1000000\.0 GB of memory and \d+\.\d GB"):
+        memory.require(10**15, "a film")
+
+
+def test_a_limit_counts() -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    used = memory._fields(memory.Path("/proc/self/status"))["VmSize:"] * 1024
+    resource.setrlimit(resource.RLIMIT_AS, (used + 10**8, hard))
+    try:
+        assert 5e7 < memory.available() <= 10**8
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
