@@ -1,8 +1,10 @@
 """Animation: a scene's camera on its way, and the frames that it sees."""
 
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections.abc import Generator, Iterable
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import nullcontext
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,7 @@ def animate(
     frames: Iterable[int] | None = None,
     dtype: DTypeLike = np.float32,
     renderer: Renderer | None = None,
-) -> Iterator[Array]:
+) -> Generator[Array, None, None]:
     """Renders the frames of a scene's animation, one after the other.
 
     While the caller works on a frame the next one is rendered. Frame k is the same picture whether
@@ -35,6 +37,8 @@ def animate(
         dtype: float32 or uint8, as for Renderer.render().
         renderer: default: one for the default device.
 
+    To close what is returned stops at once what is under way.
+
     Yields:
         (height, width, 3) of dtype, an array of its own each.
 
@@ -44,19 +48,28 @@ def animate(
     # All at once, so that an impossible one is found before hours of work.
     cameras = [camera_at(scene, k) for k in (all_frames(scene) if frames is None else frames)]
 
-    def rendered() -> Iterator[Array]:
+    def rendered() -> Generator[Array, None, None]:
         own = Renderer() if renderer is None else nullcontext(renderer)
+        stopped = threading.Event()
+
+        def stop(rows: int) -> None:
+            if stopped.is_set():
+                raise CancelledError
+
         with own as used, ThreadPoolExecutor(1) as ahead:
+            render = partial(used.render, width=width, height=height, dtype=dtype, progress=stop)
             under_way = None
-            for camera in cameras:
-                submitted = ahead.submit(
-                    used.render, replace(scene, camera=camera), width, height, dtype=dtype
-                )
+            try:
+                for camera in cameras:
+                    submitted = ahead.submit(render, replace(scene, camera=camera))
+                    if under_way is not None:
+                        yield under_way.result()
+                    under_way = submitted
                 if under_way is not None:
                     yield under_way.result()
-                under_way = submitted
-            if under_way is not None:
-                yield under_way.result()
+            finally:  # nobody wants those that are still to come
+                stopped.set()
+                ahead.shutdown(cancel_futures=True)
 
     return rendered()
 

@@ -7,7 +7,7 @@ import re
 import resource
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,6 +17,8 @@ from clrt.errors import ClrtError, RequestError, SceneError
 
 if TYPE_CHECKING:
     from tqdm import tqdm
+
+    from clrt.renderer import Region
 
 
 class Commands(click.Group):
@@ -30,13 +32,13 @@ class Commands(click.Group):
         except ClrtError as error:
             said, status = str(error), error.exit_status
         except MemoryError:
-            said, status = "not enough memory", 1
+            said, status = "not enough memory: render it in parts (--region) or smaller", 1
         except OSError as error:
             if error.errno == errno.EPIPE:  # whoever reads stdout has enough: click ends quietly
                 raise
             with suppress(OSError):  # what stdout still holds would fail again at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            said, status = str(error), 1
+            said, status = str(error) if error.filename else f"stdout: {error.strerror}", 1
         except Exception as error:
             import traceback
 
@@ -177,7 +179,7 @@ def render(
     height: int,
     max_depth: int | None,
     shadow_bias: float | None,
-    region: tuple[int, int, int, int] | None,
+    region: "Region | None",
     precision: Any,
     lanes: int | None,
     device: str | None,
@@ -354,7 +356,10 @@ def animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
             )
         renderer.prepare(loaded, dtype)  # in this thread: clrt.pocl.signals_kept
-        with tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar:
+        with (
+            closing(rendered),
+            tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
+        ):
             if pattern:
                 for k, frame in zip(chosen, bar, strict=True):
                     image.save(video.numbered(output, k), frame)

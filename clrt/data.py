@@ -36,15 +36,16 @@ def cache_folder() -> Path:
 
 def _of_user() -> Path:
     found = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "clrt"
+    found = found.absolute()  # whatever folder the process works in later
     found.mkdir(parents=True, exist_ok=True)
     return found
 
 
 def _temporary() -> Path:
-    """A folder that only this user can write, the same one in every run if possible."""
-    found = Path(tempfile.gettempdir()) / f"clrt-{os.getuid()}"
+    """A folder that only this user can write, the same one in every run."""
+    found = Path(tempfile.gettempdir()).absolute() / f"clrt-{os.getuid()}"
     found.mkdir(mode=0o700, exist_ok=True)
     status = found.lstat()
-    if status.st_uid == os.getuid() and stat.S_ISDIR(status.st_mode):
-        return found
-    return Path(tempfile.mkdtemp(prefix="clrt-"))
+    if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
+        raise PermissionError(f"{found} is somebody else's")
+    return found

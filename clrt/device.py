@@ -1,6 +1,7 @@
 """OpenCL devices: which there are, and which one to use."""
 
 import os
+import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,8 @@ from clrt.errors import DeviceError
 if TYPE_CHECKING:
     import pyopencl as cl
 
-_started_in: int | None = None  # the process that started OpenCL
+_used_in: int | None = None  # the process that uses OpenCL
+_starting = threading.Lock()  # the environment is all threads'
 INSTALL_HINT = "pip install 'pyopencl[pocl]' brings one for the CPU"
 
 
@@ -24,9 +26,9 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
     Raises:
         DeviceError: OpenCL is not there, or has no device.
     """
-    refuse_fork()
+    check_process()
     found = []
-    with pocl.starting(threads):
+    with _starting, pocl.starting(threads):
         try:
             import pyopencl as cl
         except ImportError as error:
@@ -35,25 +37,27 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
             for platform in cl.get_platforms():
                 with suppress(cl.Error):  # this one has no device
                     found += platform.get_devices()
+        for device in found:
+            if is_pocl(device) and device.version.endswith("-generic"):
+                with suppress(LookupError, OSError):  # if it fails, the build will tell
+                    pocl.name_cpu(device.int_ptr)
     if not found:
         raise DeviceError(f"no OpenCL device found: {INSTALL_HINT}")
-    for device in found:
-        if is_pocl(device) and device.version.endswith("-generic"):
-            with suppress(LookupError, OSError):  # if it fails, the build will tell
-                pocl.name_cpu(device.int_ptr)
     return sorted(found, key=lambda device: not device.type & cl.device_type.CPU)
 
 
-def refuse_fork() -> None:
-    """Says so if this process was forked off one that had started OpenCL, whose threads it lacks.
+def check_process() -> None:
+    """Says so if this process was forked off one that had used OpenCL, whose threads it lacks.
+
+    To be called before any use of OpenCL, and before any lock, which a fork could find taken.
 
     Raises:
-        DeviceError: it was. Any use of OpenCL would hang.
+        DeviceError: it was. OpenCL would hang.
     """
-    global _started_in
-    if _started_in is None:
-        _started_in = os.getpid()
-    if _started_in != os.getpid():
+    global _used_in
+    if _used_in is None:
+        _used_in = os.getpid()
+    if _used_in != os.getpid():
         raise DeviceError(
             "this process was forked off one that had started OpenCL: "
             "use multiprocessing.get_context('spawn')"

@@ -12,7 +12,7 @@ class DeviceError(ClrtError):
 
 
 class OutputError(ClrtError):
-    """The picture cannot be written."""
+    """The picture cannot be written, or does not fit into memory."""
 
 
 class RequestError(ClrtError, ValueError):

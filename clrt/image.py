@@ -20,7 +20,7 @@ class ByteFormat(NamedTuple):
 
     name: str
     options: dict[str, Any]
-    side: int = 2**24  # pixels each way
+    side: int = 2**31 - 1  # pixels each way
     pixels: int = 2**48  # in all
     memory: int = 4  # bytes a pixel that Pillow and the format's library take, measured
 
@@ -165,11 +165,7 @@ def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
     from PIL import Image
 
     form = BYTE_FORMATS[suffix]
-    height, width, _ = film.shape
-    # As Image.fromarray(), less a copy of the film.
-    film = np.ascontiguousarray(film)
-    image = Image.frombuffer("RGB", (width, height), film, "raw", "RGB", 0, 1)
-    image.save(file, form.name, **form.options)
+    Image.fromarray(film).save(file, form.name, **form.options)
 
 
 def _write_npy(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from clrt.errors import OutputError
 
 
-def require(size: int, what: str) -> None:
+def require(size: int, what: str, advice: str = "render it in parts (--region) or smaller") -> None:
     """Says so if there is no room for `size` bytes more.
 
     Linux grants memory that is not there and kills who uses it, so that nobody could say anything.
@@ -19,7 +19,7 @@ def require(size: int, what: str) -> None:
     if size > free:
         raise OutputError(
             f"{what} needs {size / 1e9:.1f} GB of memory and {max(free, 0) / 1e9:.1f} GB are free: "
-            "render it in parts (--region) or smaller"
+            f"{advice}"
         )
 
 

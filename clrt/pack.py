@@ -92,7 +92,8 @@ def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = Fals
         literal: for the kernel's LITERAL: the scene is turned but stays where and as large as it
             is in the world, and no sphere is treated in a special way.
     """
-    # What is beyond float32's range is infinite to the paper's formula, and to nothing else.
+    # "literal" lets float32 overflow to infinity, as the paper's formula would; anything else that
+    # overflows is a bug.
     with np.errstate(over="ignore" if literal else "raise"):
         return _pack(scene, width, height, real, literal)
 

@@ -9,17 +9,17 @@ import signal
 import struct
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
 
 from clrt import data
 
 THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3; later versions
+YOUNG = 60  # seconds; a younger folder may not be locked yet
 
 _run_folder: Path | None = None
-_locks: list[IO[str]] = []  # open as long as this process lives
 
 
 @contextmanager
@@ -34,22 +34,22 @@ def starting(threads: int | None) -> Iterator[None]:
     """
     cores = str(threads or len(os.sched_getaffinity(0)))
     wanted = dict.fromkeys(THREAD_VARIABLES, cores)
-    wanted["POCL_CACHE_DIR"] = str(run_folder())
-    # Its cache is a database that a full disk or a second machine can spoil, and saves no time.
+    # PyOpenCL's cache, a database that a full disk or a second machine can spoil, saves no time.
     wanted["PYOPENCL_NO_CACHE"] = "1"
-    before = {name: os.environ.get(name) for name in wanted}
-    for name, value in wanted.items():
-        if before[name] is None or (threads is not None and name in THREAD_VARIABLES):
-            os.environ[name] = value
-    try:
-        with signals_kept():
+    with signals_kept():
+        wanted["POCL_CACHE_DIR"] = str(run_folder())
+        before = {name: os.environ.get(name) for name in wanted}
+        for name, value in wanted.items():
+            if before[name] is None or (threads is not None and name in THREAD_VARIABLES):
+                os.environ[name] = value
+        try:
             yield
-    finally:
-        for name, was in before.items():
-            if was is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = was
+        finally:
+            for name, was in before.items():
+                if was is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = was
 
 
 @contextmanager
@@ -91,17 +91,26 @@ def run_folder() -> Path:
     if _run_folder is None:
         cache = data.cache_folder()
         for old in cache.glob("run-*"):
-            # A process that was killed has left it there, or else the lock is taken.
-            with suppress(OSError), (old / "lock").open() as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(old, ignore_errors=True)
-        new = Path(tempfile.mkdtemp(prefix="new-", dir=cache))
-        _locks.append((new / "lock").open("w"))
+            with suppress(OSError):
+                if time.time() - old.stat().st_mtime > YOUNG:
+                    os.close(_locked(old))  # an error if its process lives
+                    shutil.rmtree(old, ignore_errors=True)
+        _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
         with suppress(OSError):  # some network file systems have no locks
-            fcntl.flock(_locks[-1], fcntl.LOCK_EX)
-        _run_folder = new.rename(cache / new.name.replace("new-", "run-"))
+            _locked(_run_folder)
         atexit.register(_remove, _run_folder, os.getpid())
     return _run_folder
+
+
+def _locked(folder: Path) -> int:
+    """Locks it for as long as this process lives, or until the file that is returned is closed."""
+    file = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(file)
+        raise
+    return file
 
 
 def _remove(folder: Path, owner: int) -> None:

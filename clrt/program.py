@@ -13,8 +13,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-import msgspec
-
 from clrt import data, pocl
 from clrt.device import label
 from clrt.errors import DeviceError
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
 
-_building = threading.Lock()  # what is done to warnings counts for all threads
+_building = threading.Lock()  # catch_warnings() is not for several threads
 
 
 def kernel_source() -> str:
@@ -33,14 +31,6 @@ def kernel_source() -> str:
     return "".join(
         f'#line 1 "{name}.cl"\n' + (folder / f"{name}.cl").read_text() for name in KERNELS
     )
-
-
-class Kept(msgspec.Struct):
-    """A program in the cache, a file of sha256(the rest) + this as MessagePack."""
-
-    binary: bytes
-    files: dict[str, bytes]
-    """What PoCL compiled when the kernel first ran; by its name in PoCL's folder."""
 
 
 class Program:
@@ -57,7 +47,6 @@ class Program:
         of_device = (device.name, device.version, device.driver_version, cl.VERSION)
         key = hashlib.sha256(repr((source, options, of_device)).encode()).hexdigest()
         self._path = data.cache_folder() / key
-        self._files_before = _files(pocl.run_folder())
         with _building, pocl.signals_kept(), warnings.catch_warnings():
             warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
             kept = self._kept(context, device)
@@ -73,21 +62,20 @@ class Program:
         """From the cache; what cannot be read, was cut short or is refused is built again."""
         import pyopencl as cl
 
-        with suppress(OSError, msgspec.MsgspecError, cl.Error):
+        with suppress(OSError, cl.Error):
             content = self._path.read_bytes()
             size = hashlib.sha256().digest_size
             if hashlib.sha256(content[size:]).digest() == content[:size]:
-                kept = msgspec.msgpack.decode(content[size:], type=Kept)
-                for name, file in kept.files.items():
-                    path = pocl.run_folder() / name
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    _write(path, file)
-                built: cl.Program = cl.Program(context, [device], [kept.binary]).build()
+                built: cl.Program = cl.Program(context, [device], [content[size:]]).build()
                 return built
         return None
 
     def keep(self) -> None:
-        """Keeps it, if it is not kept yet. PoCL has compiled all of it once it has run."""
+        """Keeps it, if it is not kept yet, as sha256(binary) + binary.
+
+        To be called after the first run: PoCL compiles the last part of a kernel then, for the size
+        of its work-groups, and a binary that was asked for before would be without it.
+        """
         import pyopencl as cl
 
         if self._is_kept:
@@ -95,11 +83,7 @@ class Program:
         self._is_kept = True
         with suppress(OSError, cl.Error):  # slower next time
             (binary,) = cast(list[bytes], self._built.get_info(cl.program_info.BINARIES))
-            folder = pocl.run_folder()
-            names = _files(folder) - self._files_before
-            kept = Kept(binary, {name: (folder / name).read_bytes() for name in names})
-            content = msgspec.msgpack.encode(kept)
-            _write(self._path, hashlib.sha256(content).digest() + content)
+            _write(self._path, hashlib.sha256(binary).digest() + binary)
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -110,10 +94,6 @@ def _write(path: Path, content: bytes) -> None:
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)
-
-
-def _files(folder: Path) -> set[str]:
-    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
 def _first_error(log: str) -> str:

@@ -4,7 +4,8 @@ import math
 import operator
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt import memory
-from clrt.device import find_device, label, refuse_fork
+from clrt.device import check_process, find_device, label
 from clrt.errors import DeviceError, RequestError
 from clrt.pack import Real, encloses, pack
 from clrt.program import Program
@@ -41,11 +42,12 @@ FILMS: dict[np.dtype[Any], list[str]] = {
 # there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
 # Rows are rendered in bands, up to three under way at a time. A band has at most so many pixels,
-# enough to cost nothing (half or twice as many take as long). The first ones have about as many as
-# test FIRST_BAND spheres, and what they take says how many rows the next ones can have: so Ctrl-C
-# is answered within three times BAND_SECONDS, or three rows, whatever the scene and the device.
+# enough to cost nothing (half or twice as many take as long). The first ones have as many as test
+# FIRST_BAND spheres, and what a band takes says how many rows a next one can have, GROWTH times as
+# many at most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
 BAND, FIRST_BAND = 1 << 20, 1 << 23
-BAND_SECONDS = 0.1
+PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
+BAND_SECONDS, GROWTH = 0.1, 4
 LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
 
 
@@ -78,6 +80,7 @@ class Renderer:
             raise RequestError(f"precision: expected one of {list(PRECISIONS)}, got {precision!r}")
         if lanes is not None and lanes not in LANES:
             raise RequestError(f"lanes: expected one of {list(LANES)}, got {lanes!r}")
+        check_process()
         if device is None or isinstance(device, str):
             device = find_device(device, threads)
         import pyopencl as cl  # after find_device, which prepares its environment
@@ -91,10 +94,11 @@ class Renderer:
             if native == 0:
                 raise DeviceError(f"{label(device)} has no float64: use --precision robust")
         self.lanes = lanes or max(n for n in LANES if n <= max(native, 1))
-        self._context = cl.Context([device])
-        self._queue = cl.CommandQueue(
-            self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
-        )
+        with self._errors():
+            self._context = cl.Context([device])
+            self._queue = cl.CommandQueue(
+                self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
+            )
         self._programs: dict[tuple[str, ...], Program] = {}
         self._lock = threading.Lock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
@@ -113,8 +117,19 @@ class Renderer:
 
     def close(self) -> None:
         """Waits for the device and lets go of it."""
-        self._queue.finish()
-        self._programs.clear()
+        with self._lock:
+            self._queue.finish()
+            self._programs.clear()
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        """OpenCL's, as ours."""
+        import pyopencl as cl
+
+        try:
+            yield
+        except cl.Error as error:
+            raise DeviceError(f"{label(self.device)} cannot do this: {error}") from None
 
     def render(
         self,
@@ -134,22 +149,25 @@ class Renderer:
                 clipped to [0, 1].
             region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
                 y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
-            progress: called with the number of rows just finished.
+            progress: called with the number of rows just finished. It may raise, which ends the
+                picture, but not render with this Renderer.
 
         Returns:
-            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3), which may be a view.
+            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3).
 
         Raises:
             RequestError: there is no such size, region or dtype.
             OutputError: the film does not fit into memory.
             DeviceError: the device fails.
         """
-        with self._lock:
+        check_process()
+        with self._lock, self._errors():
             return self._film(scene, (width, height), (3,), np.dtype(dtype), region, progress)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
-        with self._lock:
+        check_process()
+        with self._lock, self._errors():
             return self._film(scene, (width, height), (), np.dtype(np.uint32))
 
     def _film(
@@ -163,7 +181,6 @@ class Renderer:
     ) -> NDArray[Any]:
         import pyopencl as cl
 
-        refuse_fork()
         width, height = check_size(*size)
         left, top, right, bottom = check_region(region, width, height)
         packed = pack(scene, width, height, self.real, self.precision == "literal")
@@ -196,7 +213,7 @@ class Renderer:
             enclosing,
         )
         items = -(-columns // (GROUP * self.lanes)) * GROUP
-        rows = max(FIRST_BAND // (columns * (60 + len(packed.spheres))), 1)
+        rows = max(FIRST_BAND // (columns * (PIXEL + len(packed.spheres))), 1)
         self.kernel_seconds = 0.0
         # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
         # empty while the host waits for the band before.
@@ -211,7 +228,7 @@ class Renderer:
             self.kernel_seconds += seconds
             if progress is not None:
                 progress(band_rows)
-            fitting = band_rows * BAND_SECONDS / max(seconds, 1e-9)
+            fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
             return max(int(min(fitting, BAND / columns)), 1)
 
         try:
@@ -240,12 +257,16 @@ class Renderer:
                     rows = finish_oldest()
             while under_way:
                 finish_oldest()
-        except cl.Error as error:
-            raise DeviceError(f"{label(self.device)} cannot render this: {error}") from None
         finally:
             self._queue.finish()  # the device writes to the film: an error must not free it
         program.keep()
-        return film[:, left - first :]
+        if left == first:
+            return film
+        # The columns before `left` are dropped where the film is: it may be as large as memory.
+        flat, length = film.reshape(-1), math.prod(channels) * (right - left)
+        for i, row in enumerate(film):
+            flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
+        return flat[: len(film) * length].reshape(len(film), right - left, *channels)
 
     def _upload(self, packed: NDArray[Any]) -> "cl.Buffer":
         import pyopencl as cl
@@ -257,7 +278,9 @@ class Renderer:
 
     def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
-        self._program(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
+        check_process()
+        with self._lock:
+            self._program(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
 
     def _program(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> Program:
         if dtype not in FILMS:

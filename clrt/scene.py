@@ -56,6 +56,7 @@ def _count(struct: msgspec.Struct, key: str, least: int, most: int) -> None:
     except TypeError:
         good = False
     _require(good, key, f"a whole number from {least} to {most}", given)
+    force_setattr(struct, key, operator.index(given))
 
 
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -133,6 +134,10 @@ class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _number(self, "radius", "a finite number above 0", lambda radius: radius > 0)
 
 
+FRAMES = 10**7
+"""The most that an animation can have."""
+
+
 class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Where the camera is at a frame. What is None keeps the scene's camera's value."""
 
@@ -143,6 +148,7 @@ class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fov: float | None = None
 
     def __post_init__(self) -> None:
+        _count(self, "frame", 0, FRAMES)
         _vectors(self, *(key for key in MOVING[:3] if getattr(self, key) is not None))
         if self.fov is not None:
             _number(self, "fov", "a finite number", lambda fov: True)
@@ -161,7 +167,7 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     interpolation: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
-        _count(self, "frames", 1, 10**7)
+        _count(self, "frames", 1, FRAMES)
         _number(self, "fps", "a number from 0.001 to 1000", lambda fps: 0.001 <= fps <= 1000)
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
         before = -1

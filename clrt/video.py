@@ -20,7 +20,7 @@ PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
     ".gif": ("GIF", {}),
     ".apng": ("PNG", {"compress_level": 1}),
 }
-SIDES = {".mp4": 16384, ".webp": 16383, ".gif": 65535, ".apng": 2**24}  # pixels each way
+SIDES = {".mp4": 16384, ".webp": 16383, ".gif": 65535, ".apng": 2**31 - 1}  # pixels each way
 SUFFIXES = tuple(SIDES)
 
 
@@ -56,7 +56,8 @@ def check_output(path: Path, width: int, height: int, frames: int) -> None:
     image.check_file(path)
     image.check_sides(path, width, height, SIDES[path.suffix.lower()])
     if path.suffix.lower() in PICTURES:
-        memory.require(4 * width * height * frames, f"{path}: all frames of {width}x{height}")
+        what = f"{path}: {frames} frames of {width}x{height}"
+        memory.require(4 * width * height * frames, what, "take .mp4, or fewer --frames")
     else:
         try:
             import av  # noqa: F401

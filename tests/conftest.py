@@ -1,6 +1,7 @@
 """Renderers for every OpenCL device found, each compiled once for the whole run."""
 
 import functools
+import signal
 
 import pyopencl as cl
 import pytest
@@ -9,6 +10,8 @@ from clrt.device import devices, label
 from clrt.renderer import LANES, Precision, Renderer
 
 DEVICES = devices()
+# Ctrl-C may be ignored where the tests were started; processes would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @functools.cache

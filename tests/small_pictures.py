@@ -1,4 +1,4 @@
-"""Renders the suite's small pictures, to be watched by a checker (README, "How accurate?"):
+"""Renders the suite's small pictures, to be watched by a checker:
 
 oclgrind --data-races --uninitialized .venv/bin/python tests/small_pictures.py [LANES ...]
 """

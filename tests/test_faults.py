@@ -69,11 +69,11 @@ def test_a_picture_or_one_line(fault: Fault, tmp_path: Path, small: np.ndarray) 
     assert done.returncode == fault.status, said
     assert done.stdout == b""
     assert lines[-1].removeprefix("clrt: ").startswith(fault.said)
+    assert fault.said or lines == [""]
     assert len(lines) == 1 or lines[0].startswith("Usage:")
     if fault.status > 0:
         assert not list(here.iterdir())
     else:
-        assert lines == [""]
         assert (np.asarray(Image.open(here / "four-spheres.png")) == small).all()
         assert len(list(here.iterdir())) == 1
 
@@ -128,7 +128,10 @@ def test_ended_at_any_moment(tmp_path: Path, words: str, number: signal.Signals)
         assert process.returncode != 0 or result.exists()
         ended += process.returncode != 0
     assert ended > 5
-    start().communicate()  # removes what a process left that was killed at its start
+    # What a process left that was killed as OpenCL started, the next one removes after a while.
+    for left in set((cache / "clrt").iterdir()) - kept:
+        os.utime(left, (0, 0))
+    start().communicate()
     assert set((cache / "clrt").iterdir()) == kept
 
 

@@ -1,8 +1,13 @@
 """The kernel against both truths, on every device and for every number of lanes."""
 
 import gc
+import math
 import multiprocessing
+import os
+import subprocess
 import sys
+import tempfile
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -82,6 +87,7 @@ def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) 
     scene = clrt.load_scene("four-spheres")
     whole = renderer.render(scene, 75, 40)
     monkeypatch.setattr("clrt.renderer.BAND", 75 * 7)
+    monkeypatch.setattr("clrt.renderer.BAND_SECONDS", math.inf)
     rows: list[int] = []
     monkeypatch.setattr("clrt.renderer.FIRST_BAND", 64 * 75 * 2)
     assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
@@ -156,12 +162,19 @@ def test_a_turned_camera_sees_the_turned_picture(renderer: Renderer) -> None:
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_a_forked_process_is_refused_not_hung() -> None:
+    """Even while another thread renders."""
     scene = clrt.load_scene("four-spheres")
     renderer = Renderer()
-    renderer.render(scene, 8, 8)
+    other = threading.Thread(target=renderer.render, args=(scene, 8000, 8000))
 
     def in_child(results) -> None:
-        for use in (lambda: renderer.render(scene, 8, 8), Renderer):
+        for use in (
+            lambda: renderer.render(scene, 8, 8),
+            lambda: renderer.paths(scene, 8, 8),
+            lambda: renderer.prepare(scene),
+            lambda: Renderer(device=renderer.device),
+            Renderer,
+        ):
             try:
                 use()
             except clrt.DeviceError as error:
@@ -170,10 +183,33 @@ def test_a_forked_process_is_refused_not_hung() -> None:
     context = multiprocessing.get_context("fork")
     results = context.Queue()
     child = context.Process(target=in_child, args=(results,))
+    other.start()
     child.start()
-    said = [results.get(timeout=20) for _ in range(2)]
+    said = [results.get(timeout=20) for _ in range(5)]
     child.join(20)
+    other.join()
     assert all("was forked off one that had started OpenCL" in text for text in said)
+
+
+def test_started_by_many_threads_at_once() -> None:
+    """In a process of its own, whose environment stays as it was."""
+    program = """
+import os, threading
+from concurrent.futures import ThreadPoolExecutor
+import clrt
+from clrt.data import cache_folder
+before, scene = dict(os.environ), clrt.load_scene("four-spheres")
+with ThreadPoolExecutor(8) as threads:
+    pictures = list(threads.map(lambda i: clrt.render(scene, 20, 10), range(8)))
+assert all((picture == pictures[0]).all() for picture in pictures)
+assert dict(os.environ) == before
+assert len(list(cache_folder().glob("run-*"))) == 1
+"""
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {**os.environ, "XDG_CACHE_HOME": cache}
+        done = subprocess.run([sys.executable, "-c", program], env=environment, timeout=60)
+        assert done.returncode == 0
+        assert not list(Path(cache).glob("clrt/run-*"))
 
 
 def test_render_of_one_picture() -> None:
@@ -205,7 +241,9 @@ def test_threads(device: cl.Device, shared: bool) -> None:
 
     def same(i: int) -> bool:
         used = one if shared else Renderer(device=device)
-        return bool((used.render(scenes[i % 4], 97, 55) == expected[i % 4]).all())
+        return bool(
+            (used.render(scenes[i % len(scenes)], 97, 55) == expected[i % len(scenes)]).all()
+        )
 
     try:
         with ThreadPoolExecutor(8) as threads:
@@ -227,7 +265,7 @@ def test_memory_stays_flat(device: cl.Device) -> None:
     renderer = Renderer(device=device)
     resident = []
     for i in range(2000):
-        renderer.render(scenes[i % 4], 64, 36, dtype=(np.float32, np.uint8)[i % 2])
+        renderer.render(scenes[i % len(scenes)], 64, 36, dtype=(np.float32, np.uint8)[i % 2])
         if i in (99, 1999):
             resident.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
     assert resident[1] - resident[0] < 4e6  # 2 kB a picture; its film has 28 kB

@@ -45,6 +45,8 @@ def test_is_frozen() -> None:
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 10**400)), "look_at: expected three"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), fov="90"), "fov: expected degrees"),
         (lambda: clrt.Sphere((0, 0, 0), None, "red"), "radius: expected a finite number"),
+        (lambda: clrt.Key(-1), "frame: expected a whole number from 0"),
+        (lambda: clrt.Key("a"), "frame: expected a whole number from 0"),
         (lambda: clrt.Animation(2.5, ()), "frames: expected a whole number from 1"),
         (lambda: clrt.Scene(CAMERA, max_depth=0), "max_depth: expected a whole number from 1 to"),
         (lambda: clrt.Scene(CAMERA, max_depth=1001), "max_depth"),
