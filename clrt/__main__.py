@@ -1,4 +1,4 @@
-"""The command as a process: how it answers Ctrl-C and SIGTERM."""
+"""The command as a process: how it answers Ctrl-C, SIGTERM and a terminal that is closed."""
 
 import os
 import signal
@@ -10,7 +10,7 @@ from types import FrameType
 # Those that are not ignored, as Ctrl-C is by a shell's background jobs.
 SIGNALS = [
     number
-    for number in (signal.SIGINT, signal.SIGTERM)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     if signal.getsignal(number) is not signal.SIG_IGN
 ]
 
@@ -35,6 +35,8 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def main() -> None:
+    if sys.stderr is None:  # closed by who started it: nobody listens
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     for number in SIGNALS:
         signal.signal(number, _end)
     try:
@@ -46,7 +48,7 @@ def main() -> None:
         raise
     finally:
         for number in SIGNALS:  # nothing is left to do that takes time
-            signal.signal(number, signal.SIG_IGN)
+            signal.signal(number, lambda number, frame: None)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
+from clrt.device import check_process
 from clrt.errors import SceneError
 from clrt.renderer import Renderer
 from clrt.scene import MOVING, Animation, Camera, Scene
@@ -61,6 +62,7 @@ def animate(
             under_way = None
             try:
                 for camera in cameras:
+                    check_process()  # a fork has not the thread
                     submitted = ahead.submit(render, replace(scene, camera=camera))
                     if under_way is not None:
                         yield under_way.result()

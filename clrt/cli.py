@@ -1,10 +1,10 @@
 """The command line. What a command needs is imported when it runs: --help stays quick."""
 
-import errno
 import math
 import os
 import re
 import resource
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -21,21 +21,23 @@ if TYPE_CHECKING:
     from clrt.renderer import Region
 
 
+def say(text: str) -> None:
+    """A line on stderr; what a scene file or a file's name says goes there as text only."""
+    with suppress(OSError):  # nobody listens
+        click.echo("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text), err=True)
+
+
 class Commands(click.Group):
     """Turns errors into one line on stderr and an exit status."""
 
-    def invoke(self, context: click.Context) -> Any:
+    def main(self, *words: Any, **options: Any) -> Any:
         try:
-            return super().invoke(context)
-        except (click.ClickException, click.Abort, click.exceptions.Exit):
-            raise
+            return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status
         except MemoryError:
             said, status = "not enough memory: render it in parts (--region) or smaller", 1
         except OSError as error:
-            if error.errno == errno.EPIPE:  # whoever reads stdout has enough: click ends quietly
-                raise
             with suppress(OSError):  # what stdout still holds would fail again at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             said, status = str(error) if error.filename else f"stdout: {error.strerror}", 1
@@ -45,10 +47,8 @@ class Commands(click.Group):
             file, line, *_ = traceback.extract_tb(error.__traceback__)[-1]
             said = f"a bug, please report it with 'clrt devices -v': {error!r} in {file}:{line}"
             status = 1
-        # What a scene file says goes to the terminal as text only, on one line.
-        said = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in said)
-        click.echo(f"clrt: {said}", err=True)
-        raise click.exceptions.Exit(status)
+        say(f"clrt: {said}")
+        sys.exit(status)
 
 
 @contextmanager
@@ -216,7 +216,7 @@ def render(
     ready = time.perf_counter()
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         if verbose:
-            click.echo(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}", err=True)
+            say(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}")
         renderer.prepare(loaded, film_dtype(output))
         compiled = time.perf_counter()
         with Progress(bottom - top, quiet) as progress:
@@ -230,19 +230,18 @@ def render(
             )
         rendered = time.perf_counter()
         if verbose:
-            click.echo(
+            say(
                 f"imports and scene {ready - started:.3f} s, device and kernel "
                 f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
-                f"alone {renderer.kernel_seconds:.4f} s)",
-                err=True,
+                f"alone {renderer.kernel_seconds:.4f} s)"
             )
     save(output, film)
     if verbose:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
-        click.echo(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB", err=True)
+        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")
     if not quiet:
         size = f"{right - left}x{bottom - top}"
-        click.echo(f"{output}: {size}, rendered in {rendered - compiled:.3f} s", err=True)
+        say(f"{output}: {size}, rendered in {rendered - compiled:.3f} s")
 
 
 def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:
@@ -346,7 +345,7 @@ def animate(
     pattern = video.is_pattern(output)
     if resume and not pattern:
         raise RequestError("--resume: expected an output with ####: a video is made in one go")
-    video.check_output(output, width, height, len(chosen))
+    video.check_output(output, width, height, len(chosen), moves.fps)
     if resume:
         chosen = [k for k in chosen if not video.numbered(output, k).exists()]
     dtype = image.film_dtype(output) if pattern else np.uint8
@@ -366,11 +365,8 @@ def animate(
             else:
                 video.save(output, bar, moves.fps, crf)
     if not quiet:
-        click.echo(
-            f"{output}: {len(chosen)} frames of {width}x{height} in "
-            f"{time.perf_counter() - started:.1f} s",
-            err=True,
-        )
+        seconds = time.perf_counter() - started
+        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s")
 
 
 @main.command()
@@ -445,9 +441,11 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
     """
     import numpy as np
 
-    from clrt import image, metrics
+    from clrt import image, memory, metrics
 
     first, second = image.load(a), image.load(b)
+    advice = "compare parts of them"
+    memory.require(80 * first[..., 0].size, f"to compare {a} with {b}", advice)  # measured
     if heatmap is not None:
         image.check_output(heatmap, first.shape[1], first.shape[0])
     found = metrics.difference(first, second)
@@ -467,4 +465,4 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
         if image.film_dtype(heatmap) is np.uint8:
             map_ = np.rint(255 * map_).astype(np.uint8)
         image.save(heatmap, map_)
-        click.echo(f"{heatmap}: written", err=True)
+        say(f"{heatmap}: written")

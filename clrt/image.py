@@ -2,11 +2,11 @@
 
 import os
 import secrets
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,13 +80,16 @@ def check_file(path: Path) -> None:
     """
     try:
         target = path.resolve()  # a link stays one, and what it names is written
-        is_other, has_folder = target.exists() and not target.is_file(), target.parent.is_dir()
+        exists, has_folder = target.exists(), target.parent.is_dir()
+        is_other = exists and not target.is_file()
     except (OSError, RuntimeError, ValueError) as error:
         raise RequestError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if is_other:
         raise RequestError(f"{path}: is a folder or a device, expected a file's name")
     if not has_folder:
         raise RequestError(f"{path}: the folder {target.parent} does not exist")
+    if exists and not os.access(target, os.W_OK):
+        raise RequestError(f"{path}: is there and not writable")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise RequestError(f"{path}: the folder {target.parent} is not writable")
 
@@ -120,6 +123,8 @@ def written_whole(path: Path) -> Iterator[Path]:
     beside = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
         yield beside
+        if target.exists():
+            shutil.copymode(target, beside)
         beside.replace(target)
     except ClrtError:  # not of the writing
         raise
@@ -137,6 +142,8 @@ def load(path: Path) -> NDArray[np.float32]:
     Raises:
         RequestError: it is not there, or is no such picture.
     """
+    if path.exists() and not path.is_file():
+        raise RequestError(f"{path}: is a folder or a device, expected a picture")
     try:
         if path.suffix.lower() == ".npy":
             image = np.load(path, allow_pickle=False)
@@ -148,8 +155,8 @@ def load(path: Path) -> NDArray[np.float32]:
             Image.MAX_IMAGE_PIXELS = None  # clrt writes larger ones itself
             with Image.open(path) as opened:
                 image = np.asarray(opened.convert("RGB"))
-    except (OSError, ValueError, EOFError, SyntaxError, BadZipFile) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+    except Exception as error:  # what a spoilt file makes of NumPy and Pillow has no end
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise RequestError(f"{path}: cannot be read: {reason}") from None
     good = (
         isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3 and image.size > 0

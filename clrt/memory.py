@@ -6,6 +6,18 @@ from pathlib import Path
 
 from clrt.errors import OutputError
 
+# Of each version of control groups: where they are, and what files and field say limit and use.
+# Cached files are given up for what is needed.
+CGROUPS = {
+    "": ("/sys/fs/cgroup", "memory.max", "memory.current", "inactive_file"),
+    "memory": (
+        "/sys/fs/cgroup/memory",
+        "memory.limit_in_bytes",
+        "memory.usage_in_bytes",
+        "total_inactive_file",
+    ),
+}
+
 
 def require(size: int, what: str, advice: str = "render it in parts (--region) or smaller") -> None:
     """Says so if there is no room for `size` bytes more.
@@ -26,15 +38,18 @@ def require(size: int, what: str, advice: str = "render it in parts (--region) o
 def available() -> int:
     """Bytes that this process may still take: of the machine, its control group and its limit."""
     room = [_fields(Path("/proc/meminfo"))["MemAvailable:"] * 1024]
-    with suppress(OSError, KeyError, ValueError, IndexError):  # cgroup v2, if it has a limit
-        group = Path("/proc/self/cgroup").read_text().split("::")[1].split("\n")[0]
-        folder = Path(f"/sys/fs/cgroup{group}")
-        used = int((folder / "memory.current").read_text())
-        cached = _fields(folder / "memory.stat")["inactive_file"]
-        room.append(int((folder / "memory.max").read_text()) - used + cached)
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY:
-        room.append(limit - _fields(Path("/proc/self/status"))["VmSize:"] * 1024)
+    for line in Path("/proc/self/cgroup").read_text().splitlines():
+        _, controllers, group = line.split(":", 2)
+        if controllers in ("", "memory"):
+            mount, limit, used, cached = CGROUPS[controllers]
+            for folder in (Path(group), *Path(group).parents):
+                folder = Path(mount) / folder.relative_to("/")
+                with suppress(OSError, KeyError, ValueError):  # it has no limit, or is not shown
+                    most = int((folder / limit).read_text()) - int((folder / used).read_text())
+                    room.append(most + _fields(folder / "memory.stat")[cached])
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if most != resource.RLIM_INFINITY:
+        room.append(most - _fields(Path("/proc/self/status"))["VmSize:"] * 1024)
     return min(room)
 
 

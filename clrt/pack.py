@@ -159,11 +159,12 @@ def _pack(scene: Scene, width: int, height: int, real: Real, literal: bool) -> P
 
 def encloses(scene: Scene) -> Array:
     """Which spheres the lights are inside of: (lights, spheres), uint8 0 or 1."""
-    light = np.array([light.position for light in scene.lights], np.longdouble).reshape(-1, 1, 3)
     center = np.array([s.center for s in scene.spheres], np.longdouble).reshape(-1, 3)
     radius = np.array([s.radius for s in scene.spheres], np.longdouble)
-    inside: Array = np.linalg.norm(light - center, axis=2) < radius
-    return inside.astype(np.uint8)
+    inside = np.zeros((len(scene.lights), len(radius)), np.uint8)
+    for row, light in zip(inside, scene.lights, strict=True):
+        row[:] = np.linalg.norm(np.array(light.position, np.longdouble) - center, axis=1) < radius
+    return inside
 
 
 def _is_giant(center: Array, radius: Array) -> Array:

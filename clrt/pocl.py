@@ -54,7 +54,7 @@ def starting(threads: int | None) -> Iterator[None]:
 
 @contextmanager
 def signals_kept() -> Iterator[None]:
-    """Answers Ctrl-C and SIGTERM only afterwards, by the handlers that were there before.
+    """Answers Ctrl-C, SIGTERM and SIGHUP only afterwards, by the handlers that were there before.
 
     LLVM, which compiles for PoCL and for Intel, puts its own in their place. They hand the signal
     on, but work once only: a second one, which `timeout` sends, ends the process with its files
@@ -66,7 +66,7 @@ def signals_kept() -> Iterator[None]:
         return
     came: list[int] = []
     before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         before[number] = signal.getsignal(number)
         if callable(before[number]):  # else it is ignored, or ends the process
             signal.signal(number, lambda number, frame: came.append(number))

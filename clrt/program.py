@@ -47,6 +47,7 @@ class Program:
         of_device = (device.name, device.version, device.driver_version, cl.VERSION)
         key = hashlib.sha256(repr((source, options, of_device)).encode()).hexdigest()
         self._path = data.cache_folder() / key
+        pocl.run_folder().mkdir(parents=True, exist_ok=True)  # somebody may have cleaned up
         with _building, pocl.signals_kept(), warnings.catch_warnings():
             warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
             kept = self._kept(context, device)

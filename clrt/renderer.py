@@ -100,7 +100,7 @@ class Renderer:
                 self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
         self._programs: dict[tuple[str, ...], Program] = {}
-        self._lock = threading.Lock()  # a kernel has its arguments until it is enqueued
+        self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
 
@@ -150,7 +150,7 @@ class Renderer:
             region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
                 y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
             progress: called with the number of rows just finished. It may raise, which ends the
-                picture, but not render with this Renderer.
+                picture.
 
         Returns:
             (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3).
@@ -162,7 +162,7 @@ class Renderer:
         """
         check_process()
         with self._lock, self._errors():
-            return self._film(scene, (width, height), (3,), np.dtype(dtype), region, progress)
+            return self._film(scene, (width, height), (3,), color_dtype(dtype), region, progress)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
@@ -280,11 +280,9 @@ class Renderer:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
         check_process()
         with self._lock:
-            self._program(scene, np.dtype(dtype), light_inside=bool(encloses(scene).any()))
+            self._program(scene, color_dtype(dtype), light_inside=bool(encloses(scene).any()))
 
     def _program(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> Program:
-        if dtype not in FILMS:
-            raise RequestError(f"dtype: expected float32 or uint8, got {dtype}")
         long_lens = scene.camera.long_lens and self.precision != "literal"
         options = (
             *FILMS[dtype],
@@ -303,6 +301,21 @@ class Renderer:
         double = ["-DDOUBLE"] * (self.real is np.float64)
         literal = ["-DLITERAL"] * (self.precision == "literal")
         return [f"-DLANES={self.lanes}", *double, *literal, *options]
+
+
+def color_dtype(dtype: DTypeLike) -> np.dtype[Any]:
+    """float32 or uint8.
+
+    Raises:
+        RequestError: it is neither.
+    """
+    try:
+        found = np.dtype(dtype)
+    except TypeError:
+        found = np.dtype(object)
+    if found not in (np.float32, np.uint8):
+        raise RequestError(f"dtype: expected float32 or uint8, got {dtype!r}")
+    return found
 
 
 def check_size(width: int, height: int) -> tuple[int, int]:

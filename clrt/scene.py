@@ -102,6 +102,7 @@ class Light(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     specular: Color = WHITE
 
     def __post_init__(self) -> None:
+        _require(self.type == "point", "type", "'point'", self.type)
         _vectors(self, "position", "ambient", "diffuse", "specular")
 
 
@@ -167,6 +168,8 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     interpolation: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
+        good = self.interpolation in ("smooth", "linear")
+        _require(good, "interpolation", "'smooth' or 'linear'", self.interpolation)
         _count(self, "frames", 1, FRAMES)
         _number(self, "fps", "a number from 0.001 to 1000", lambda fps: 0.001 <= fps <= 1000)
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ def numbered(path: Path, frame: int) -> Path:
     return path.with_name(path.name.replace("#" * hashes, f"{frame:0{hashes}d}"))
 
 
-def check_output(path: Path, width: int, height: int, frames: int) -> None:
+def check_output(path: Path, width: int, height: int, frames: int, fps: float) -> None:
     """Finds out before rendering what would fail after it.
 
     Raises:
@@ -55,10 +55,16 @@ def check_output(path: Path, width: int, height: int, frames: int) -> None:
         )
     image.check_file(path)
     image.check_sides(path, width, height, SIDES[path.suffix.lower()])
+    what = f"{path}: {frames} frames of {width}x{height}"
+    if path.suffix.lower() == ".gif" and not 1 / 655 <= fps <= 50:
+        raise RequestError(f"{path}: .gif has from 1/655 to 50 frames a second, not {fps:g}")
     if path.suffix.lower() in PICTURES:
-        what = f"{path}: {frames} frames of {width}x{height}"
-        memory.require(4 * width * height * frames, what, "take .mp4, or fewer --frames")
+        needed = (16 + 10 * frames) * width * height  # measured, as for .mp4
+        memory.require(needed, what, "take .mp4, fewer --frames, or smaller ones")
     else:
+        if (width + 128) * (height + 128) >= 2**28:  # FFmpeg's
+            raise RequestError(f"{path}: .mp4 has no frames as large as {width}x{height}")
+        memory.require(70 * width * height, what, "take smaller ones")
         try:
             import av  # noqa: F401
         except ImportError:
@@ -115,13 +121,16 @@ def _write_pictures(
     from PIL import Image
 
     first, *rest = map(Image.fromarray, frames)
+    # GIF counts hundredths of a second: each frame ends at the one nearest to its end.
+    ends = [round(100 * k / fps) for k in range(len(rest) + 2)]
+    in_hundredths = [10 * (end - start) for start, end in pairwise(ends)]
     with path.open("xb") as file:
         first.save(
             file,
             name,
             save_all=True,
             append_images=rest,
-            duration=1000 / fps,
+            duration=in_hundredths if name == "GIF" else 1000 / fps,
             loop=0,
             **options,
         )

@@ -87,6 +87,14 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
         assert [path.name for path in (tmp_path / "there").iterdir()] == ["b.png"]
 
 
+def test_permissions_stay(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    image.save(path, BYTES)
+    path.chmod(0o640)
+    image.save(path, BYTES)
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
 def test_a_failed_write_leaves_what_was_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

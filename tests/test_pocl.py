@@ -40,6 +40,20 @@ def test_signals_are_answered_afterwards() -> None:
         signal.signal(signal.SIGINT, before)
 
 
+def test_somebody_cleans_up(tmp_path: Path) -> None:
+    program = """
+import shutil, clrt
+from clrt.data import cache_folder
+renderer, scene = clrt.Renderer(), clrt.load_scene("four-spheres")
+shutil.rmtree(cache_folder())
+before = renderer.render(scene, 9, 9)
+shutil.rmtree(cache_folder())
+assert renderer.render(scene, 9, 9, dtype="uint8").any()
+"""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    assert subprocess.run([sys.executable, "-c", program], env=environment).returncode == 0
+
+
 START = "from clrt import pocl; print(pocl.run_folder(), flush=True); "
 
 

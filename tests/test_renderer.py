@@ -124,6 +124,12 @@ def test_refuses_a_size(size) -> None:
         Renderer().render(clrt.load_scene("four-spheres"), *size)
 
 
+@pytest.mark.parametrize("dtype", [np.uint32, "float64", "nonsense", 7])
+def test_refuses_a_dtype(dtype) -> None:
+    with pytest.raises(clrt.RequestError, match="dtype: expected float32 or uint8"):
+        Renderer().render(clrt.load_scene("four-spheres"), 9, 9, dtype=dtype)
+
+
 def test_numpys_whole_numbers_are_sizes() -> None:
     image = Renderer().render(clrt.load_scene("four-spheres"), np.int64(8), np.uint16(5))
     assert image.shape == (5, 8, 3)
@@ -225,6 +231,7 @@ def test_an_exception_leaves_the_renderer_usable() -> None:
     scene = clrt.load_scene("four-spheres")
     with Renderer() as renderer:
         before = renderer.render(scene, 64, 36)
+        renderer.render(scene, 64, 36, progress=lambda rows: renderer.render(scene, 9, 9))
         with pytest.raises(KeyboardInterrupt):
             renderer.render(scene, 64, 36, progress=stop)
         gc.collect()

@@ -111,6 +111,7 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
         (["--fps", "inf"], "--fps"),
         (["--fps", "nan"], "--fps"),
         (["--frames", "100-130"], "--frames: expected frames from 0 to 119"),
+        (["-o", "a.gif", "--fps", "60"], "a.gif: .gif has from 1/655 to 50 frames a second"),
         (["--resume"], "--resume: expected an output with ####"),
         (["--width", "20000"], "orbit.mp4: .mp4 has no more than 16384 pixels each way"),
         (["-o", "a.webp", "--width", "16384"], "a.webp: .webp has no more than 16383 pixels"),
@@ -127,4 +128,17 @@ def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: 
 def test_without_pyav_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "av", None)
     with pytest.raises(RequestError, match=r"pip install 'clrt\[video\]'"):
-        video.check_output(Path("a.mp4"), 8, 8, 1)
+        video.check_output(Path("a.mp4"), 8, 8, 1, 30)
+
+
+def test_a_gif_plays_as_fast_as_it_says(tmp_path: Path) -> None:
+    """It counts in hundredths of a second."""
+    shades = np.arange(48, dtype=np.uint8)
+    video.save(tmp_path / "a.gif", (np.full((8, 8, 3), 5 * k, np.uint8) for k in shades), 24, 18)
+    with Image.open(tmp_path / "a.gif") as gif:
+        durations = []
+        for k in range(gif.n_frames):
+            gif.seek(k)
+            durations.append(gif.info["duration"])
+    assert sum(durations) == 2000
+    assert set(durations) == {40, 50}
