@@ -45,7 +45,7 @@ GROUP = 64
 # enough to cost nothing (half or twice as many take as long). The first ones have as many as test
 # FIRST_BAND spheres, and what a band takes says how many rows a next one can have, GROWTH times as
 # many at most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
-BAND, FIRST_BAND = 1 << 20, 1 << 23
+BAND, FIRST_BAND = 1 << 20, 1 << 25
 PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
 BAND_SECONDS, GROWTH = 0.1, 4
 LARGEST = 1 << 24  # pixels of a row or a column that float32 can number

@@ -14,7 +14,7 @@ def test_available_is_between_what_numpy_takes_and_the_machines_memory() -> None
 
 
 def test_require() -> None:
-    memory.require(10**6, "a film")
+    memory.require(memory.SMALL, "a film")
     with pytest.raises(OutputError, match=r"a film needs 1000000\.0 GB of memory and \d+\.\d GB"):
         memory.require(10**15, "a film")
 
