@@ -10,7 +10,8 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import harness
 from clrt import metrics, reference
-from clrt.renderer import PRECISIONS, Precision, Renderer
+from clrt.pack import PRECISIONS, Precision
+from clrt.renderer import Renderer
 from clrt.scene import Scene, Vec3
 
 TRUTHS: tuple[tuple[reference.Truth, float], ...] = (("exact", 0.0), ("seed", 1e-5))

@@ -19,7 +19,8 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import harness
 from clrt import image
-from clrt.renderer import LANES, Renderer
+from clrt.pack import LANES
+from clrt.renderer import Renderer
 from clrt.scene import Scene, Sphere
 
 Row = tuple[str, list[float], str]

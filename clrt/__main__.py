@@ -35,8 +35,13 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def main() -> None:
-    if sys.stderr is None:  # closed by who started it: nobody listens
-        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    # What was closed by who started it is opened, in this order, lest a picture gets its number.
+    if sys.stdin is None:
+        sys.stdin = open(os.devnull)  # noqa: SIM115
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull)  # noqa: SIM115  # so that to write there is an error
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115  # nobody listens
     for number in SIGNALS:
         signal.signal(number, _end)
     try:

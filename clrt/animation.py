@@ -1,7 +1,8 @@
 """Animation: a scene's camera on its way, and the frames that it sees."""
 
+import operator
 import threading
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
@@ -12,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.device import check_process
-from clrt.errors import SceneError
+from clrt.errors import RequestError, SceneError
 from clrt.renderer import Renderer
 from clrt.scene import MOVING, Animation, Camera, Scene
 
@@ -45,9 +46,12 @@ def animate(
 
     Raises:
         SceneError: the scene has no animation, or its camera cannot be at some frame.
+        RequestError: it has no such frame.
     """
-    # All at once, so that an impossible one is found before hours of work.
-    cameras = [camera_at(scene, k) for k in (all_frames(scene) if frames is None else frames)]
+    way = Way(scene)
+    every = all_frames(scene)
+    chosen = every if frames is None else _checked(frames, every)
+    way.check(chosen)
 
     def rendered() -> Generator[Array, None, None]:
         own = Renderer() if renderer is None else nullcontext(renderer)
@@ -61,9 +65,9 @@ def animate(
             render = partial(used.render, width=width, height=height, dtype=dtype, progress=stop)
             under_way = None
             try:
-                for camera in cameras:
+                for k in chosen:
                     check_process()  # a fork has not the thread
-                    submitted = ahead.submit(render, replace(scene, camera=camera))
+                    submitted = ahead.submit(render, replace(scene, camera=way.camera(k)))
                     if under_way is not None:
                         yield under_way.result()
                     under_way = submitted
@@ -81,8 +85,30 @@ def all_frames(scene: Scene) -> range:
     return range(_animation(scene).frames)
 
 
+def _checked(frames: Iterable[int], every: range) -> Sequence[int]:
+    chosen = frames if isinstance(frames, range) else list(frames)
+    ends = [chosen[0], chosen[-1]] if isinstance(chosen, range) and chosen else chosen
+    for frame in ends:
+        try:
+            good = operator.index(frame) in every
+        except TypeError:
+            good = False
+        if not good:
+            raise RequestError(f"frames: expected whole numbers from 0 to {every[-1]}, got {frame}")
+    return chosen
+
+
 def camera_at(scene: Scene, frame: int) -> Camera:
-    """The camera of a frame.
+    """The camera of a frame, see Way.
+
+    Raises:
+        SceneError: the scene has no animation, or no camera can be there.
+    """
+    return Way(scene).camera(frame)
+
+
+class Way:
+    """The way of a scene's camera.
 
     Between keys "linear" goes straight. "smooth" is a Catmull-Rom spline (Catmull & Rom, 1974) for
     keys at uneven frames: at each key it moves as the line from the key before to the key after,
@@ -90,34 +116,80 @@ def camera_at(scene: Scene, frame: int) -> Camera:
     and after the last key the camera stands still.
 
     Raises:
-        SceneError: the scene has no animation, or no camera can be there.
+        SceneError: the scene has no animation.
     """
-    animation = _animation(scene)
-    at = np.array([key.frame for key in animation.keys], float)
-    now = np.clip(frame, at[0], at[-1])
-    i = min(int(np.searchsorted(at, now, "right")) - 1, len(at) - 2)
-    span = at[i + 1] - at[i]
-    u = (now - at[i]) / span
-    moved: dict[str, Any] = {}
-    path = {name: _values(scene, name) for name in MOVING}
-    loop = all(np.array_equal(values[0], values[-1]) for values in path.values())
-    for name, values in path.items():
-        start, end = values[i], values[i + 1]
-        if animation.interpolation == "linear":
-            value = (1 - u) * start + u * end
-        else:
-            slope = _slopes(at, values, loop)
-            # Cubic Hermite: through both keys, with these slopes there.
-            value = (
-                (1 + 2 * u) * (1 - u) ** 2 * start
-                + u**2 * (3 - 2 * u) * end
-                + span * u * (1 - u) * ((1 - u) * slope[i] - u * slope[i + 1])
-            )
-        moved[name] = float(value[0]) if name == "fov" else tuple(map(float, value))
-    try:
-        return replace(scene.camera, **moved)
-    except ValueError as error:
-        raise SceneError(f"animation, frame {frame}: camera.{error}") from None
+
+    CHUNK = 1 << 16  # frames that are checked at a time: 10 MB
+
+    def __init__(self, scene: Scene) -> None:
+        animation = _animation(scene)
+        self._camera = scene.camera
+        self._smooth = animation.interpolation == "smooth"
+        self._at = np.array([key.frame for key in animation.keys], float)
+        self._values = {name: _values(scene, name) for name in MOVING}
+        loop = all(np.array_equal(values[0], values[-1]) for values in self._values.values())
+        self._slopes = {
+            name: _slopes(self._at, values, loop) for name, values in self._values.items()
+        }
+
+    def camera(self, frame: int) -> Camera:
+        """The camera of a frame.
+
+        Raises:
+            SceneError: no camera can be there.
+        """
+        moved = {
+            name: float(value[0, 0]) if name == "fov" else tuple(map(float, value[0]))
+            for name, value in self._moved(np.array([frame], float)).items()
+        }
+        try:
+            return replace(self._camera, **moved)
+        except ValueError as error:
+            raise SceneError(f"animation, frame {frame}: camera.{error}") from None
+
+    def check(self, frames: Sequence[int]) -> None:
+        """Finds an impossible camera before hours of work.
+
+        Raises:
+            SceneError: no camera can be at one of the frames.
+        """
+        for start in range(0, len(frames), self.CHUNK):
+            chunk = np.asarray(frames[start : start + self.CHUNK])
+            with np.errstate(all="ignore"):
+                doubtful = ~_surely_good(self._moved(chunk.astype(float)))
+            for frame in chunk[doubtful]:
+                self.camera(int(frame))
+
+    def _moved(self, frames: Array) -> dict[str, Array]:
+        """What of the camera moves, at each frame: (frames, 3), or (frames, 1) of fov."""
+        now = np.clip(frames, self._at[0], self._at[-1])
+        i = np.minimum(np.searchsorted(self._at, now, "right") - 1, len(self._at) - 2)
+        span = (self._at[i + 1] - self._at[i])[:, np.newaxis]
+        u = (now - self._at[i])[:, np.newaxis] / span
+        moved = {}
+        for name, values in self._values.items():
+            start, end = values[i], values[i + 1]
+            if self._smooth:
+                # Cubic Hermite: through both keys, with these slopes there.
+                leaves, arrives = self._slopes[name][i], self._slopes[name][i + 1]
+                moved[name] = (
+                    (1 + 2 * u) * (1 - u) ** 2 * start
+                    + u**2 * (3 - 2 * u) * end
+                    + span * u * (1 - u) * ((1 - u) * leaves - u * arrives)
+                )
+            else:
+                moved[name] = (1 - u) * start + u * end
+        return moved
+
+
+def _surely_good(moved: dict[str, Array]) -> Array:
+    """Where a camera can be by far, (frames,). The few others are tried in turn."""
+    ahead = moved["look_at"] - moved["position"]
+    up, fov = moved["up"], moved["fov"][:, 0]
+    lengths = np.linalg.norm(ahead, axis=1) * np.linalg.norm(up, axis=1)
+    sine = np.linalg.norm(np.cross(ahead, up), axis=1) / lengths  # NaN is no more than anything
+    good: Array = np.isfinite(lengths) & (lengths > 0) & (sine > 1e-6) & (fov > 0) & (fov < 180)
+    return good
 
 
 def _animation(scene: Scene) -> Animation:

@@ -6,6 +6,7 @@ import re
 import resource
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import click
 
-from clrt.errors import ClrtError, RequestError, SceneError
+from clrt.errors import ClrtError, DeviceWarning, RequestError, SceneError
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -32,7 +33,10 @@ class Commands(click.Group):
 
     def main(self, *words: Any, **options: Any) -> Any:
         try:
-            return super().main(*words, **options)
+            with warnings.catch_warnings():
+                warnings.simplefilter("always", DeviceWarning)
+                warnings.showwarning = lambda message, *where: say(f"clrt: {message}")
+                return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status
         except MemoryError:
@@ -40,7 +44,7 @@ class Commands(click.Group):
         except OSError as error:
             with suppress(OSError):  # what stdout still holds would fail again at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            said, status = str(error) if error.filename else f"stdout: {error.strerror}", 1
+            said, status = str(error) if error.filename else f"stdout: {error.strerror or error}", 1
         except Exception as error:
             import traceback
 
@@ -200,13 +204,14 @@ def render(
     from msgspec.structs import replace
 
     from clrt.device import label
-    from clrt.image import check_output, film_dtype, save
+    from clrt.image import check_apart, check_output, film_dtype, save
     from clrt.renderer import Renderer, check_region, check_size
     from clrt.scenefile import load_scene
 
     output = output or Path(f"{Path(scene).stem}.png")
     left, top, right, bottom = check_region(region, *check_size(width, height))
     check_output(output, right - left, bottom - top)
+    check_apart(output, Path(scene))
     loaded = load_scene(scene)
     changes = {"max_depth": max_depth, "shadow_bias": shadow_bias}
     try:
@@ -295,7 +300,11 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
     help="Quality of .mp4: 0 is lossless, more is smaller.",
 )
 @rendering_options
-@click.option("--resume", is_flag=True, help="Leave out numbered pictures that are there already.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Leave out numbered pictures that are there already, whole and of this size.",
+)
 def animate(
     scene: str,
     output: Path | None,
@@ -346,8 +355,11 @@ def animate(
     if resume and not pattern:
         raise RequestError("--resume: expected an output with ####: a video is made in one go")
     video.check_output(output, width, height, len(chosen), moves.fps)
+    image.check_apart(output, Path(scene))
+    skipped = 0
     if resume:
-        chosen = [k for k in chosen if not video.numbered(output, k).exists()]
+        due = [k for k in chosen if not image.is_whole(video.numbered(output, k), width, height)]
+        skipped, chosen = len(chosen) - len(due), due
     dtype = image.film_dtype(output) if pattern else np.uint8
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         with in_scene(scene):
@@ -366,7 +378,8 @@ def animate(
                 video.save(output, bar, moves.fps, crf)
     if not quiet:
         seconds = time.perf_counter() - started
-        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s")
+        kept = f", {skipped} were there" if resume else ""
+        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s{kept}")
 
 
 @main.command()
@@ -413,8 +426,7 @@ def check(scene: str) -> None:
     loaded = load_scene(scene)
     if loaded.animation is not None:
         with in_scene(scene):
-            for frame in animation.all_frames(loaded):
-                animation.camera_at(loaded, frame)
+            animation.Way(loaded).check(animation.all_frames(loaded))
     click.echo(
         f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "
         f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "
@@ -448,6 +460,8 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
     memory.require(80 * first[..., 0].size, f"to compare {a} with {b}", advice)  # measured
     if heatmap is not None:
         image.check_output(heatmap, first.shape[1], first.shape[0])
+        for picture in (a, b):
+            image.check_apart(heatmap, picture)
     found = metrics.difference(first, second)
     click.echo(
         f"pixels   {found.pixels}\n"

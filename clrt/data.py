@@ -1,12 +1,17 @@
 """Where clrt's own files are."""
 
+import errno
+import fcntl
 import os
 import stat
 import tempfile
+import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from clrt.errors import DeviceError
 
+LOCK_GRACE_SECONDS = 60  # what is younger may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
 
 
@@ -23,15 +28,18 @@ def cache_folder() -> Path:
     Raises:
         DeviceError: neither has room.
     """
+    reason = ""
     for find in (_of_user, _temporary):
         try:
             found = find()
             with tempfile.TemporaryFile(dir=found) as probe:
                 os.posix_fallocate(probe.fileno(), 0, ROOM)
             return found
-        except (OSError, RuntimeError):  # expanduser() where there is no home
-            continue
-    raise DeviceError("no room for compiled kernels: set XDG_CACHE_HOME to a folder with 1 MB free")
+        except (OSError, RuntimeError) as error:  # expanduser() where there is no home
+            if getattr(error, "errno", None) == errno.EFBIG:
+                reason = "no file may have 1 MB (ulimit -f): allow it"
+    reason = reason or "set XDG_CACHE_HOME to a folder with 1 MB free"
+    raise DeviceError(f"no room for compiled kernels: {reason}")
 
 
 def _of_user() -> Path:
@@ -49,3 +57,30 @@ def _temporary() -> Path:
     if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
         raise PermissionError(f"{found} is somebody else's")
     return found
+
+
+def locked(path: Path) -> int:
+    """Locks a file or folder for as long as this process lives, or until the file that is returned
+    is closed.
+
+    Raises:
+        OSError: another has locked it, or the file system has no locks.
+    """
+    file = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(file)
+        raise
+    return file
+
+
+def abandoned(paths: Iterable[Path]) -> Iterator[Path]:
+    """Those that a process had locked which is no more."""
+    for path in paths:
+        try:
+            if time.time() - path.stat().st_mtime > LOCK_GRACE_SECONDS:
+                os.close(locked(path))
+                yield path
+        except OSError:  # its process lives, or it is gone
+            continue

@@ -37,10 +37,8 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
             for platform in cl.get_platforms():
                 with suppress(cl.Error):  # this one has no device
                     found += platform.get_devices()
-        for device in found:
-            if is_pocl(device) and device.version.endswith("-generic"):
-                with suppress(LookupError, OSError):  # if it fails, the build will tell
-                    pocl.name_cpu(device.int_ptr)
+        for device in filter(is_pocl, found):
+            pocl.name_cpu(device)
     if not found:
         raise DeviceError(f"no OpenCL device found: {INSTALL_HINT}")
     return sorted(found, key=lambda device: not device.type & cl.device_type.CPU)
@@ -69,14 +67,16 @@ def is_pocl(device: "cl.Device") -> bool:
 
 
 def find_device(name: str | None = None, threads: int | None = None) -> "cl.Device":
-    """The first device, or the first whose name or platform contains `name`, in any case.
+    """The first device, or the first whose label or platform's version has `name` in it, in any
+    case.
 
     Raises:
         DeviceError: there is none.
     """
     found = devices(threads)
     for device in found:
-        if name is None or name.lower() in label(device).lower():
+        names = f"{label(device)} {device.platform.version}"
+        if name is None or name.lower() in names.lower():
             if threads is not None and is_pocl(device) and device.max_compute_units != threads:
                 raise DeviceError(
                     f"OpenCL already runs with {device.max_compute_units} threads, not {threads}: "
@@ -85,6 +85,20 @@ def find_device(name: str | None = None, threads: int | None = None) -> "cl.Devi
             return device
     there = "; ".join(map(label, found))
     raise DeviceError(f"no OpenCL device is called {name!r}; there are: {there}")
+
+
+def identity(device: "cl.Device") -> tuple[str, ...]:
+    """What a compiled program depends on of its device."""
+    import pyopencl as cl
+
+    return (
+        device.name,
+        device.version,
+        device.driver_version,
+        cl.VERSION_TEXT,
+        f"{device.native_vector_width_float} floats a vector",
+        f"for {pocl.name_given(device)}",
+    )
 
 
 def label(device: "cl.Device") -> str:

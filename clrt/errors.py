@@ -23,3 +23,7 @@ class RequestError(ClrtError, ValueError):
 
 class SceneError(RequestError):
     """A scene that is not one. The message names file, key and what was expected."""
+
+
+class DeviceWarning(UserWarning):
+    """A device does the work, but not in the way that was asked for."""

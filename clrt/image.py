@@ -1,6 +1,7 @@
 """Image files: a film encoded by the suffix of its file's name, written whole or not at all."""
 
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Callable, Iterator
@@ -11,7 +12,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import memory
+from clrt import data, memory
 from clrt.errors import ClrtError, OutputError, RequestError
 
 
@@ -30,11 +31,14 @@ class ByteFormat(NamedTuple):
 BYTE_FORMATS = {
     ".png": ByteFormat("PNG", {"compress_level": 1}),
     ".jpg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
+    ".jpeg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
     ".webp": ByteFormat("WEBP", {"lossless": True, "method": 0}, side=16383, memory=28),
     ".tif": ByteFormat("TIFF", {"compression": "tiff_lzw"}, pixels=10**9),
+    ".tiff": ByteFormat("TIFF", {"compression": "tiff_lzw"}, pixels=10**9),
     ".bmp": ByteFormat("BMP", {}, pixels=10**9),
     ".ppm": ByteFormat("PPM", {}),
 }
+ENDS = {".png": b"IEND\xaeB`\x82", ".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9"}
 FLOAT_FORMATS = (".npy", ".pfm")
 SUFFIXES = (*BYTE_FORMATS, *FLOAT_FORMATS)
 
@@ -94,6 +98,17 @@ def check_file(path: Path) -> None:
         raise RequestError(f"{path}: the folder {target.parent} is not writable")
 
 
+def check_apart(output: Path, source: Path) -> None:
+    """Finds out whether the output is what is read.
+
+    Raises:
+        RequestError: it is.
+    """
+    with suppress(OSError):
+        if output.samefile(source):
+            raise RequestError(f"{output}: is read as well: expected another name")
+
+
 def film_dtype(path: Path) -> type[np.uint8] | type[np.float32]:
     """What the pixels of a film for this file are: uint8, or float32 (linear, not clipped)."""
     return np.uint8 if path.suffix.lower() in BYTE_FORMATS else np.float32
@@ -106,13 +121,16 @@ def save(path: Path, film: NDArray[Any]) -> None:
         OutputError: it could not be written, or the format cannot hold it.
     """
     write = _write_bytes if film.dtype == np.uint8 else _WRITE_FLOATS[path.suffix.lower()]
-    with written_whole(path) as beside, beside.open("xb") as file:
+    with written_whole(path) as beside, beside.open("wb") as file:
         write(file, path.suffix.lower(), film)
+
+
+PART = r"\.[0-9a-f]{16}\.part"  # the name of a file that is being written
 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Gives the name of a file to write, beside `path`, and then renames it to that.
+    """Gives a file to write into, beside `path`, and then renames it to that.
 
     So `path` is there whole or not at all, whatever happens meanwhile.
 
@@ -120,8 +138,15 @@ def written_whole(path: Path) -> Iterator[Path]:
         OutputError: it could not be written, or the format cannot hold it.
     """
     target = path.resolve()
+    for old in data.abandoned(target.parent.glob(".*.part")):  # by one that was killed
+        if re.fullmatch(PART, old.name):
+            old.unlink(missing_ok=True)
     beside = target.with_name(f".{secrets.token_hex(8)}.part")
+    lock = None
     try:
+        beside.touch(exist_ok=False)
+        with suppress(OSError):  # some network file systems have no locks
+            lock = data.locked(beside)
         yield beside
         if target.exists():
             shutil.copymode(target, beside)
@@ -134,6 +159,8 @@ def written_whole(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             beside.unlink(missing_ok=True)
+        if lock is not None:
+            os.close(lock)
 
 
 def load(path: Path) -> NDArray[np.float32]:
@@ -141,10 +168,13 @@ def load(path: Path) -> NDArray[np.float32]:
 
     Raises:
         RequestError: it is not there, or is no such picture.
+        OutputError: it does not fit into memory.
     """
     if path.exists() and not path.is_file():
         raise RequestError(f"{path}: is a folder or a device, expected a picture")
+    advice = "load parts of it"
     try:
+        memory.require(2 * path.stat().st_size, str(path), advice)
         if path.suffix.lower() == ".npy":
             image = np.load(path, allow_pickle=False)
         elif path.suffix.lower() == ".pfm":
@@ -154,7 +184,18 @@ def load(path: Path) -> NDArray[np.float32]:
 
             Image.MAX_IMAGE_PIXELS = None  # clrt writes larger ones itself
             with Image.open(path) as opened:
-                image = np.asarray(opened.convert("RGB"))
+                width, height = opened.size
+                # Measured: Pillow's pictures before and after it converts them, and this one.
+                memory.require(20 * width * height, f"{path}: {width}x{height}", advice)
+                if opened.mode.startswith("I;16"):  # Pillow clips where it should divide
+                    gray = np.asarray(opened).astype(np.float32) / np.float32(65535)
+                    image = np.repeat(gray[..., np.newaxis], 3, axis=2)
+                elif opened.mode in ("I", "F"):  # whose white nobody knows
+                    raise ValueError(f"expected 8 or 16 bits a channel, got mode {opened.mode}")
+                else:
+                    image = np.asarray(opened.convert("RGB"))
+    except OutputError:
+        raise
     except Exception as error:  # what a spoilt file makes of NumPy and Pillow has no end
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise RequestError(f"{path}: cannot be read: {reason}") from None
@@ -168,6 +209,28 @@ def load(path: Path) -> NDArray[np.float32]:
     return linear
 
 
+def is_whole(path: Path, width: int, height: int) -> bool:
+    """Whether a file is a picture of this size, and its end is there."""
+    kind = path.suffix.lower()
+    with suppress(Exception):  # see load()
+        if kind in FLOAT_FORMATS:
+            found = np.load(path, "r") if kind == ".npy" else _read_pfm(path)
+            return bool(found.shape == (height, width, 3))
+        from PIL import Image
+
+        Image.MAX_IMAGE_PIXELS = None
+        with Image.open(path) as opened:
+            if opened.size != (width, height):
+                return False
+            if kind in ENDS:  # to decode it would take longer than to render it
+                with path.open("rb") as file:
+                    file.seek(-len(ENDS[kind]), os.SEEK_END)
+                    return file.read() == ENDS[kind]
+            opened.load()
+            return True
+    return False
+
+
 def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
     from PIL import Image
 
@@ -176,7 +239,11 @@ def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
 
 
 def _write_npy(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
-    np.save(file, film)
+    # Not np.save(), which does not say why a disk takes no more.
+    film = np.ascontiguousarray(film)
+    header = np.lib.format.header_data_from_array_1_0(film)
+    np.lib.format.write_array_header_1_0(file, header)
+    file.write(film.data)
 
 
 def _write_pfm(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:

@@ -1,6 +1,7 @@
 """Memory: whether what is asked for fits, before hours are spent on it."""
 
 import resource
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -40,9 +41,17 @@ def require(size: int, what: str, advice: str = "render it in parts (--region) o
 
 
 def available() -> int:
-    """Bytes that this process may still take: of the machine, its control group and its limit."""
-    room = [_fields(Path("/proc/meminfo"))["MemAvailable:"] * 1024]
-    for line in Path("/proc/self/cgroup").read_text().splitlines():
+    """Bytes that this process may still take: of the machine, its control group and its limit.
+
+    What the system does not tell is no limit: to try finds out.
+    """
+    room = [sys.maxsize]
+    with suppress(OSError, KeyError):
+        room.append(_fields(Path("/proc/meminfo"))["MemAvailable:"] * 1024)
+    groups = ""
+    with suppress(OSError):
+        groups = Path("/proc/self/cgroup").read_text()
+    for line in groups.splitlines():
         _, controllers, group = line.split(":", 2)
         if controllers in ("", "memory"):
             mount, limit, used, cached = CGROUPS[controllers]
@@ -53,7 +62,8 @@ def available() -> int:
                     room.append(most + _fields(folder / "memory.stat")[cached])
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     if most != resource.RLIM_INFINITY:
-        room.append(most - _fields(Path("/proc/self/status"))["VmSize:"] * 1024)
+        with suppress(OSError, KeyError):
+            room.append(most - _fields(Path("/proc/self/status"))["VmSize:"] * 1024)
     return min(room)
 
 

@@ -1,19 +1,67 @@
-"""Packing: a Scene as the flat buffers that the kernel reads.
+"""Packing: a Scene as what its program is compiled for and the flat buffers that the kernel reads.
 
+What does not depend on the camera is packed once (World), the rest for each picture (arguments).
 Each dtype stands for the struct of the same name in ``kernels/*.cl``, byte for byte; what the
 fields mean is said there.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import Scene
+from clrt.scene import Camera, Light, Material, Scene, Sphere
 
 Array: TypeAlias = NDArray[Any]
 Real: TypeAlias = type[np.float32] | type[np.float64]
+Precision: TypeAlias = Literal["robust", "literal", "double"]
+PRECISIONS: dict[Precision, Real] = {
+    "robust": np.float32,
+    "literal": np.float32,
+    "double": np.float64,
+}
+LANES = (1, 2, 4, 8, 16)
+Film: TypeAlias = Literal["float", "bytes", "paths"]
+FILMS: dict[Film, type[np.generic]] = {
+    "float": np.float32,
+    "bytes": np.uint8,
+    "paths": np.uint32,
+}
+
+
+class Features(msgspec.Struct, frozen=True):
+    """What a program is compiled for: what the picture is to be, and what its scene uses.
+
+    The kernels know each field by its name in capitals, a precision and a film by their values.
+    """
+
+    lanes: int
+    precision: Precision
+    film: Film
+    reflection: bool
+    """A path can go on after its first hit."""
+    long_lens: bool
+    """What fills the picture may be far away against its size."""
+    light_inside: bool
+    """A light is inside a sphere."""
+
+    @property
+    def options(self) -> list[str]:
+        """The compiler's: every -D that the kernels know."""
+        known = {
+            "DOUBLE": self.precision == "double",
+            "LITERAL": self.precision == "literal",
+            "FILM_BYTES": self.film == "bytes",
+            "FILM_PATHS": self.film == "paths",
+            "REFLECTION": self.reflection,
+            "LONG_LENS": self.long_lens,
+            "LIGHT_INSIDE": self.light_inside,
+        }
+        return [f"-DLANES={self.lanes}", *(f"-D{name}" for name, used in known.items() if used)]
+
 
 GIANT = 4.0
 """A sphere is a giant if its radius is over this many times the camera's distance from its surface.
@@ -66,105 +114,156 @@ def shade_dtype(real: Real) -> np.dtype[Any]:
 
 
 @dataclass(frozen=True)
-class Packed:
-    """A scene for a picture of one size, in camera space, rounded once to the kernel's precision.
+class World:
+    """What of a scene does not depend on its camera: spheres, materials and lights.
 
-    Lengths are scaled by a power of two, which is exact and cannot be seen, so that the spheres
-    reach about 1 from the camera: neither their squares nor those of anything larger than 1e-19 of
-    that leave float32's range.
+    Lengths are in world units, in long double: where that is wider than float64 it has the digits
+    for r = 1e9 and the range for 1e300.
     """
 
-    camera: Array
-    spheres: Array
-    materials: Array
-    lights: Array
-    shades: Array
+    spheres: Sequence[Sphere]
+    materials: dict[str, Material]
+    lights: Sequence[Light]
+    precision: Precision
+    center: Array
+    """(spheres, 3)"""
+    radius: Array
+    """(spheres,)"""
+    material_of: Array
+    """(spheres,) int32, index"""
+    position: Array
+    """(lights, 3)"""
     encloses: Array
-    """(lights, spheres): 1 where a light is inside a sphere."""
-    shadow_bias: float
+    """(lights, spheres) uint8: 1 where a light is inside a sphere."""
+    packed_materials: Array
+    shades: Array
+    """(lights, materials)"""
+
+    def is_of(self, scene: Scene) -> bool:
+        """Whether it is this scene's: by identity of the spheres, which can be many."""
+        return (
+            self.spheres is scene.spheres
+            and self.lights == scene.lights
+            and self.materials == scene.materials
+        )
 
 
-def pack(scene: Scene, width: int, height: int, real: Real, literal: bool = False) -> Packed:
-    """The buffers for a picture of width x height pixels.
+def pack_world(scene: Scene, precision: Precision) -> World:
+    """Packs what does not depend on the camera."""
+    wide, real = np.longdouble, PRECISIONS[precision]
+    materials, lights = list(scene.materials.values()), scene.lights
+    center = np.array([s.center for s in scene.spheres], wide).reshape(-1, 3)
+    radius = np.array([s.radius for s in scene.spheres], wide)
+    position = np.array([light.position for light in lights], wide).reshape(-1, 3)
+    encloses = np.zeros((len(lights), len(radius)), np.uint8)
+    for row, point in zip(encloses, position, strict=True):
+        row[:] = np.linalg.norm(point - center, axis=1) < radius
+    packed_materials = np.zeros(len(materials), material_dtype(real))
+    shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
+    with _overflow(precision):
+        packed_materials["exponent"] = [min(m.shininess / 8, SHARP) for m in materials]
+        packed_materials["reflection"] = [m.reflection for m in materials]
+        for color in COLORS:
+            of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
+            for k, light in enumerate(lights):
+                product = of_material * np.array(getattr(light, color), wide)
+                shades[color][k] = np.clip(product, -BRIGHT, BRIGHT)
+    index = {name: i for i, name in enumerate(scene.materials)}
+    material_of = np.array([index[s.material] for s in scene.spheres], np.int32)
+    return World(
+        scene.spheres,
+        dict(scene.materials),
+        lights,
+        precision,
+        center,
+        radius,
+        material_of,
+        position,
+        encloses,
+        packed_materials,
+        shades,
+    )
 
-    Args:
-        real: what the kernel's numbers are.
-        literal: for the kernel's LITERAL: the scene is turned but stays where and as large as it
-            is in the world, and no sphere is treated in a special way.
+
+def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
+    """What the program of a scene must have."""
+    reflects = any(material.reflection > 0 for material in world.materials.values())
+    return Features(
+        lanes,
+        world.precision,
+        film,
+        reflection=scene.max_depth > 1 and reflects,
+        long_lens=_has_long_lens(scene.camera) and world.precision != "literal",
+        light_inside=bool(world.encloses.any()),
+    )
+
+
+def _has_long_lens(camera: Camera) -> bool:
+    return camera.fov < 14
+
+
+def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:
+    """The kernel's arguments for a picture of width x height pixels, by name and in its order, from
+    max_depth on: NumPy scalars, and arrays that become buffers.
+
+    Lengths are in camera space, scaled by a power of two, which is exact and cannot be seen, so
+    that the spheres reach about 1 from the camera: neither their squares nor those of anything
+    larger than 1e-19 of that leave float32's range. "literal" leaves the scene where and as large
+    as it is in the world, and treats no sphere in a special way. Everything is rounded once.
     """
-    # "literal" lets float32 overflow to infinity, as the paper's formula would; anything else that
-    # overflows is a bug.
-    with np.errstate(over="ignore" if literal else "raise"):
-        return _pack(scene, width, height, real, literal)
-
-
-def _pack(scene: Scene, width: int, height: int, real: Real, literal: bool) -> Packed:
-    # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
-    wide = np.longdouble
+    literal = world.precision == "literal"
+    wide, real = np.longdouble, PRECISIONS[world.precision]
     eye = np.array(scene.camera.position, wide)
     basis = np.array(scene.camera.basis(), wide)
 
-    def turned(points: list[tuple[float, float, float]]) -> Array:
-        away = np.array(points, wide).reshape(-1, 3) - (0 if literal else eye)
-        moved: Array = away @ basis.T
+    def turned(points: Array) -> Array:
+        moved: Array = (points - (0 if literal else eye)) @ basis.T
         return moved
 
-    center = turned([s.center for s in scene.spheres])
-    radius = np.array([s.radius for s in scene.spheres], wide)
-    position = turned([light.position for light in scene.lights])
+    center, radius = turned(world.center), world.radius
+    position = turned(world.position)
     # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
     fov = wide(scene.camera.fov)
     half = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
-    eye_now = turned([scene.camera.position])
-    if scene.camera.long_lens and not literal:
+    eye_now = turned(eye.reshape(1, 3))
+    if _has_long_lens(scene.camera) and not literal:
         ahead = _start(center, radius, half * np.hypot(1, wide(height) / width))
         for points in (center, position, eye_now):
             points[:, 2] += ahead
     light_distance = np.linalg.norm(position, axis=1)
     extent = _extent(center, radius) or light_distance.max(initial=0) or wide(1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
-
-    camera = np.zeros(1, camera_dtype(real))
-    camera["last"] = np.maximum([width - 1, height - 1], 1)
-    camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
-    camera["eye"] = scale * eye_now
-
-    materials = np.zeros(len(scene.materials), material_dtype(real))
-    materials["exponent"] = [min(m.shininess / 8, SHARP) for m in scene.materials.values()]
-    materials["reflection"] = [m.reflection for m in scene.materials.values()]
-    lights = np.zeros(len(scene.lights), light_dtype(real))
-    nearer = 1 / np.maximum(light_distance / (FAR * extent), 1)
-    lights["position"] = scale * nearer[:, np.newaxis] * position
-    shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
-    for k, light in enumerate(scene.lights):
-        for color in COLORS:
-            of_material = np.array([getattr(m, color) for m in scene.materials.values()], wide)
-            product = of_material.reshape(-1, 3) * np.array(getattr(light, color), wide)
-            shades[color][k] = np.clip(product, -BRIGHT, BRIGHT)
-
     bias = float(scale * min(scene.shadow_bias, FAR * extent))
-    spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
-    index = {name: i for i, name in enumerate(scene.materials)}
-    spheres["material"] = [index[s.material] for s in scene.spheres]
-    return Packed(
-        camera,
-        spheres,
-        materials,
-        lights,
-        shades,
-        encloses=encloses(scene),
-        shadow_bias=bias,
-    )
+    camera = np.zeros(1, camera_dtype(real))
+    lights = np.zeros(len(position), light_dtype(real))
+    with _overflow(world.precision):
+        camera["last"] = np.maximum([width - 1, height - 1], 1)
+        camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
+        camera["eye"] = scale * eye_now
+        nearer = 1 / np.maximum(light_distance / (FAR * extent), 1)
+        lights["position"] = scale * nearer[:, np.newaxis] * position
+        spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
+        spheres["material"] = world.material_of
+        shadow_bias = real(bias)
+    return {
+        "max_depth": np.int32(scene.max_depth),
+        "shadow_bias": shadow_bias,
+        "camera": camera,
+        "sphere_count": np.int32(len(spheres)),
+        "spheres": spheres,
+        "material_count": np.int32(len(world.packed_materials)),
+        "materials": world.packed_materials,
+        "light_count": np.int32(len(lights)),
+        "lights": lights,
+        "shades": world.shades,
+        "encloses": world.encloses,
+    }
 
 
-def encloses(scene: Scene) -> Array:
-    """Which spheres the lights are inside of: (lights, spheres), uint8 0 or 1."""
-    center = np.array([s.center for s in scene.spheres], np.longdouble).reshape(-1, 3)
-    radius = np.array([s.radius for s in scene.spheres], np.longdouble)
-    inside = np.zeros((len(scene.lights), len(radius)), np.uint8)
-    for row, light in zip(inside, scene.lights, strict=True):
-        row[:] = np.linalg.norm(np.array(light.position, np.longdouble) - center, axis=1) < radius
-    return inside
+def _overflow(precision: Precision) -> Any:
+    """ "literal" lets float32 overflow to infinity, as the paper's formula would; anything else
+    that overflows is a bug."""
+    return np.errstate(over="ignore" if precision == "literal" else "raise")
 
 
 def _is_giant(center: Array, radius: Array) -> Array:

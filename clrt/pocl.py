@@ -2,22 +2,29 @@
 
 import atexit
 import ctypes
-import fcntl
+import importlib
 import os
+import re
 import shutil
 import signal
 import struct
 import tempfile
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from clrt import data
+from clrt.errors import RequestError
 
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+# Those that LLVM takes: to end, to report, and of what went beyond a limit.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGUSR1,
+           signal.SIGUSR2, signal.SIGPIPE, signal.SIGXFSZ, signal.SIGXCPU)  # fmt: skip
 THREAD_VARIABLES = ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT")  # PoCL 3; later versions
-YOUNG = 60  # seconds; a younger folder may not be locked yet
 
 _run_folder: Path | None = None
 
@@ -31,16 +38,23 @@ def starting(threads: int | None) -> Iterator[None]:
 
     Raises:
         DeviceError: there is no room for what PoCL compiles.
+        RequestError: a variable is no number of threads, at which PoCL would crash.
     """
     cores = str(threads or len(os.sched_getaffinity(0)))
     wanted = dict.fromkeys(THREAD_VARIABLES, cores)
     # PyOpenCL's cache, a database that a full disk or a second machine can spoil, saves no time.
     wanted["PYOPENCL_NO_CACHE"] = "1"
     with signals_kept():
+        # Whatever the user has set: a folder that cannot be written, or that holds a file which was
+        # cut short, ends the process. clrt needs none of theirs.
         wanted["POCL_CACHE_DIR"] = str(run_folder())
         before = {name: os.environ.get(name) for name in wanted}
         for name, value in wanted.items():
-            if before[name] is None or (threads is not None and name in THREAD_VARIABLES):
+            is_set = name in THREAD_VARIABLES and before[name]
+            if is_set and not re.fullmatch("[1-9][0-9]{0,3}", before[name] or ""):
+                expected = "a number of threads from 1 to 9999"
+                raise RequestError(f"{name}: expected {expected}, got {before[name]!r}")
+            if threads is not None or not is_set:
                 os.environ[name] = value
         try:
             yield
@@ -54,19 +68,19 @@ def starting(threads: int | None) -> Iterator[None]:
 
 @contextmanager
 def signals_kept() -> Iterator[None]:
-    """Answers Ctrl-C, SIGTERM and SIGHUP only afterwards, by the handlers that were there before.
+    """Answers signals only afterwards, by the handlers that were there before.
 
     LLVM, which compiles for PoCL and for Intel, puts its own in their place. They hand the signal
     on, but work once only: a second one, which `timeout` sends, ends the process with its files
-    half written. And an exception from a handler while PyOpenCL is imported aborts ("Critical
-    nanobind error").
+    half written; and SIGQUIT and SIGUSR1 they swallow. And an exception from a handler while
+    PyOpenCL is imported aborts ("Critical nanobind error").
     """
     if threading.current_thread() is not threading.main_thread():  # others have no handlers
         yield
         return
     came: list[int] = []
     before = {}
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in SIGNALS:
         before[number] = signal.getsignal(number)
         if callable(before[number]):  # else it is ignored, or ends the process
             signal.signal(number, lambda number, frame: came.append(number))
@@ -90,27 +104,13 @@ def run_folder() -> Path:
     global _run_folder
     if _run_folder is None:
         cache = data.cache_folder()
-        for old in cache.glob("run-*"):
-            with suppress(OSError):
-                if time.time() - old.stat().st_mtime > YOUNG:
-                    os.close(_locked(old))  # an error if its process lives
-                    shutil.rmtree(old, ignore_errors=True)
+        for old in data.abandoned(cache.glob("run-*")):
+            shutil.rmtree(old, ignore_errors=True)
         _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
         with suppress(OSError):  # some network file systems have no locks
-            _locked(_run_folder)
+            data.locked(_run_folder)
         atexit.register(_remove, _run_folder, os.getpid())
     return _run_folder
-
-
-def _locked(folder: Path) -> int:
-    """Locks it for as long as this process lives, or until the file that is returned is closed."""
-    file = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(file)
-        raise
-    return file
 
 
 def _remove(folder: Path, owner: int) -> None:
@@ -118,54 +118,103 @@ def _remove(folder: Path, owner: int) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-# What each level of x86-64 adds, best first, by the names of /proc/cpuinfo; and the CPU whose name
-# PoCL's own kernel library for that level was compiled with.
-CPU_LEVELS = (
-    ("skylake-avx512", {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "avx2", "fma"}),
-    ("haswell", {"avx2", "fma", "bmi1", "bmi2", "f16c", "movbe"}),
-    ("x86-64", {"sse2"}),
-)
-UNKNOWN_CPU = b"generic\0"
-_named: set[int] = set()  # the addresses of devices that have been given a name
+# For the width of PoCL's kernel library, in float32, the CPUs that it was compiled for, best first,
+# and what each needs of a CPU, by NumPy's names. A CPU that lacks some is given the next name.
+CPU_NAMES: dict[int, list[tuple[str, tuple[str, ...]]]] = {
+    16: [("skylake-avx512", ("AVX512F", "AVX512CD", "AVX512BW", "AVX512DQ", "AVX512VL"))],
+    8: [
+        ("haswell", ("AVX2", "FMA3", "F16C", "BMI", "BMI2", "LZCNT", "MOVBE")),
+        ("sandybridge", ("AVX",)),
+    ],
+    4: [("nehalem", ("SSE42", "POPCNT")), ("x86-64", ("SSE2",))],
+}
+NARROW = 16  # bytes of the vectors that every x86-64 CPU passes in the same way
+_names: dict[int, str | None] = {}  # given to devices, by their addresses; None: it could not be
 
 
-def name_cpu(device_address: int) -> None:
-    """Gives PoCL a CPU name that its compiler takes, where it found none by itself.
+def name_cpu(device: "cl.Device") -> None:
+    """Makes PoCL compile for a CPU that agrees with its library of built-in functions.
 
-    PoCL asks its LLVM for the host's name. A CPU that is younger than that LLVM (14 in the wheel of
-    PoCL 3.0, which ends at Zen 3) is called "generic", a name that clang then refuses: every build
-    fails with "unknown target CPU 'generic'" (pocl issue 1049), and no option or environment
-    variable can say otherwise. So the name is replaced in PoCL's device structure, at
-    `device_address`, which is searched for its first pointer to the text "generic". Memory is read
-    and written through /proc/self/mem, where a wrong address is an error and not a crash.
+    PoCL takes the library by what CPUID says, but compiles for the name that LLVM has for the CPU.
+    The two need not agree: Zen 4 has AVX-512, but LLVM 14 takes it for Zen 3, which has not; a
+    hypervisor masks AVX-512 of a CPU whose name promises it; a younger CPU is called "generic",
+    which clang refuses (pocl issue 1049). A vector that is wider than the named CPU's registers is
+    then passed in memory and taken from a register. What LLVM makes of that is a loop until memory
+    is full, a crash, or a wrong picture. No option or variable can say otherwise, so the name is
+    replaced. PoCL 3.1 and later name the device after its library by themselves.
+
+    If it cannot be done the device is narrow, see is_narrow().
+    """
+    version = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version)
+    if device.int_ptr in _names or (version and tuple(map(int, version.groups())) >= (3, 1)):
+        return
+    _names[device.int_ptr] = None
+    with suppress(LookupError, OSError):
+        name = cpu_name(device.native_vector_width_float)
+        # "OpenCL 3.0 PoCL HSTR: pthread-x86_64-unknown-linux-gnu-znver3"
+        _replace(device.int_ptr, device.version.split("-linux-gnu-")[1], name)
+        _names[device.int_ptr] = name
+
+
+def name_given(device: "cl.Device") -> str | None:
+    """The CPU that it was told to compile for."""
+    return _names.get(device.int_ptr)
+
+
+def is_narrow(device: "cl.Device") -> bool:
+    """Whether vectors of more than NARROW bytes cannot be trusted."""
+    return _names.get(device.int_ptr, "") is None
+
+
+def cpu_name(width: int) -> str:
+    """The CPU to compile for on this one, for a kernel library with `width` float32 a vector.
+
+    Asked of the CPU itself (CPUID): /proc/cpuinfo is the host's under emulation.
 
     Raises:
-        OSError, LookupError: it could not be done; builds will fail.
+        LookupError: there is no such library, or none that this CPU can use.
     """
-    if device_address in _named:
-        return
-    flags: set[str] = set()
-    with open("/proc/cpuinfo") as cpuinfo:
-        for line in cpuinfo:
-            if line.startswith("flags"):
-                flags = set(line.split(":")[1].split())
-                break
-    name = next(name for name, needed in CPU_LEVELS if needed <= flags)
+    has = _cpu_features()
+    for name, needed in CPU_NAMES[width]:
+        if all(has.get(feature, True) for feature in needed):  # older NumPys know fewer
+            return name
+    raise LookupError(f"no CPU's name for vectors of {width}")
+
+
+def _cpu_features() -> dict[str, bool]:
+    """What CPUID says, by NumPy's names. NumPy's own dispatch rests on this table."""
+    try:
+        umath = importlib.import_module("numpy._core._multiarray_umath")
+    except ImportError:  # NumPy 1
+        umath = importlib.import_module("numpy.core._multiarray_umath")
+    found: dict[str, bool] = umath.__cpu_features__
+    return found
+
+
+def _replace(device_address: int, old: str, new: str) -> None:
+    """Replaces the name in PoCL's device structure: its first pointer to such a text.
+
+    Memory is read and written through /proc/self/mem, where a wrong address is an error and not a
+    crash.
+
+    Raises:
+        OSError, LookupError: it could not be done.
+    """
     libc = ctypes.CDLL(None)
     libc.strdup.restype = ctypes.c_void_p
+    text = old.encode() + b"\0"
     memory = os.open("/proc/self/mem", os.O_RDWR)
     try:
         structure = os.pread(memory, 1024, device_address)
         for offset, (pointer,) in enumerate(struct.iter_unpack("<Q", structure)):
             try:
-                found = os.pread(memory, len(UNKNOWN_CPU), pointer) == UNKNOWN_CPU
+                is_name = os.pread(memory, len(text), pointer) == text
             except (OSError, OverflowError):  # a word that is no pointer
                 continue
-            if found:
+            if is_name:
                 # From malloc, as the one that it replaces: PoCL may free it.
-                new = struct.pack("<Q", libc.strdup(name.encode()))
-                os.pwrite(memory, new, device_address + 8 * offset)
-                _named.add(device_address)
+                address = struct.pack("<Q", libc.strdup(new.encode()))
+                os.pwrite(memory, address, device_address + 8 * offset)
                 return
         raise LookupError("no pointer to the CPU's name")
     finally:

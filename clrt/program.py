@@ -9,18 +9,21 @@ import os
 import secrets
 import threading
 import warnings
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from clrt import data, pocl
-from clrt.device import label
+from clrt.device import identity
 from clrt.errors import DeviceError
 
 if TYPE_CHECKING:
     import pyopencl as cl
 
 KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
+ROOM = 50 << 20  # bytes of programs that are kept: those of 300
+KEY_LENGTH = 64  # of a file's name: sha256, in hexadecimal digits
 
 _building = threading.Lock()  # catch_warnings() is not for several threads
 
@@ -33,68 +36,102 @@ def kernel_source() -> str:
     )
 
 
-class Program:
-    """The program for a device, from the cache if it is there.
+def compiled(
+    context: "cl.Context", device: "cl.Device", source: str, options: Sequence[str]
+) -> "cl.Program":
+    """A program, compiled here and now.
 
     Raises:
         DeviceError: the device cannot compile it.
     """
+    import pyopencl as cl
 
-    def __init__(self, context: "cl.Context", device: "cl.Device", options: list[str]) -> None:
-        import pyopencl as cl
-
-        source = kernel_source()
-        of_device = (device.name, device.version, device.driver_version, cl.VERSION)
-        key = hashlib.sha256(repr((source, options, of_device)).encode()).hexdigest()
-        self._path = data.cache_folder() / key
-        pocl.run_folder().mkdir(parents=True, exist_ok=True)  # somebody may have cleaned up
-        with _building, pocl.signals_kept(), warnings.catch_warnings():
-            warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
-            kept = self._kept(context, device)
-            self._is_kept = kept is not None
-            try:
-                self._built = kept or cl.Program(context, source).build(options=options)
-            except cl.Error as error:
-                message = f"{label(device)} cannot compile the kernel: {_first_error(str(error))}"
-                raise DeviceError(message) from None
-        self.render: cl.Kernel = self._built.render
-
-    def _kept(self, context: "cl.Context", device: "cl.Device") -> "cl.Program | None":
-        """From the cache; what cannot be read, was cut short or is refused is built again."""
-        import pyopencl as cl
-
-        with suppress(OSError, cl.Error):
-            content = self._path.read_bytes()
-            size = hashlib.sha256().digest_size
-            if hashlib.sha256(content[size:]).digest() == content[:size]:
-                built: cl.Program = cl.Program(context, [device], [content[size:]]).build()
-                return built
-        return None
-
-    def keep(self) -> None:
-        """Keeps it, if it is not kept yet, as sha256(binary) + binary.
-
-        To be called after the first run: PoCL compiles the last part of a kernel then, for the size
-        of its work-groups, and a binary that was asked for before would be without it.
-        """
-        import pyopencl as cl
-
-        if self._is_kept:
-            return
-        self._is_kept = True
-        with suppress(OSError, cl.Error):  # slower next time
-            (binary,) = cast(list[bytes], self._built.get_info(cl.program_info.BINARIES))
-            _write(self._path, hashlib.sha256(binary).digest() + binary)
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Whole or not at all. What was there stays as it is for those who have it open."""
-    beside = path.with_suffix(f".{secrets.token_hex(4)}")
     try:
-        beside.write_bytes(content)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+        return _built(cl.Program(context, source), options)
+    except cl.Error as error:
+        raise DeviceError(f"it cannot compile the kernel: {_first_error(str(error))}") from None
+
+
+def binary(program: "cl.Program") -> bytes:
+    """What a program was compiled to.
+
+    To be asked for after the first run: PoCL compiles the last part of a kernel then, for the size
+    of its work-groups, and a binary that was asked for before would be without it.
+    """
+    import pyopencl as cl
+
+    (found,) = cast(list[bytes], program.get_info(cl.program_info.BINARIES))
+    return found
+
+
+def loaded(context: "cl.Context", device: "cl.Device", binary: bytes) -> "cl.Program":
+    """A program of what it was compiled to.
+
+    Raises:
+        pyopencl.Error: the device refuses it.
+    """
+    import pyopencl as cl
+
+    return _built(cl.Program(context, [device], [binary]), ())
+
+
+def _built(program: "cl.Program", options: Sequence[str]) -> "cl.Program":
+    import pyopencl as cl
+
+    pocl.run_folder().mkdir(parents=True, exist_ok=True)  # somebody may have cleaned up
+    with _building, pocl.signals_kept(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", cl.CompilerWarning)  # Intel says that it is done
+        built: cl.Program = program.build(options=list(options))
+        return built
+
+
+def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path:
+    """Where a program is kept."""
+    key = hashlib.sha256(repr((source, list(options), identity(device))).encode()).hexdigest()
+    return data.cache_folder() / key
+
+
+def kept(path: Path) -> bytes | None:
+    """A program's binary from the cache; None if it is not there, cut short or changed."""
+    with suppress(OSError):
+        # So a pipe, which only a vandal puts there, is an error and nothing to wait for.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            content = file.read()
+        size = hashlib.sha256().digest_size
+        if hashlib.sha256(content[size:]).digest() == content[:size]:
+            with suppress(OSError):
+                os.utime(path)  # used now: see _make_room()
+            return content[size:]
+    return None
+
+
+def keep(path: Path, binary: bytes) -> None:
+    """Keeps a binary as sha256(binary) + binary, and forgets those not used for longest.
+
+    Whole or not at all: what was there stays as it is for those who have it open.
+    """
+    beside = path.with_suffix(f".{secrets.token_hex(4)}")
+    with suppress(OSError):  # slower next time
+        try:
+            beside.write_bytes(hashlib.sha256(binary).digest() + binary)
+            os.replace(beside, path)
+        finally:
+            beside.unlink(missing_ok=True)
+        _make_room(path.parent)
+
+
+def _make_room(cache: Path) -> None:
+    programs = []
+    for path in cache.iterdir():
+        with suppress(OSError):  # another process has removed it
+            if len(path.name) >= KEY_LENGTH:
+                status = path.stat()
+                programs.append((status.st_mtime_ns, status.st_size, path))
+    left = ROOM
+    for _, size, path in sorted(programs, reverse=True):
+        left -= size
+        if left < 0:
+            path.unlink(missing_ok=True)
 
 
 def _first_error(log: str) -> str:

@@ -3,51 +3,28 @@
 import math
 import operator
 import threading
-from collections import deque
+import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import memory
+from clrt import bands, memory, pack, pocl, program
 from clrt.device import check_process, find_device, label
-from clrt.errors import DeviceError, RequestError
-from clrt.pack import Real, encloses, pack
-from clrt.program import Program
+from clrt.errors import DeviceError, DeviceWarning, RequestError
+from clrt.pack import LANES, PRECISIONS, Features, Film, Precision
 from clrt.scene import Scene
+from clrt.scenefile import as_scene
 
 if TYPE_CHECKING:
     import pyopencl as cl
 
 Region: TypeAlias = tuple[int, int, int, int]
-Precision: TypeAlias = Literal["robust", "literal", "double"]
-PRECISIONS: dict[Precision, Real] = {
-    "robust": np.float32,
-    "literal": np.float32,
-    "double": np.float64,
-}
-LANES = (1, 2, 4, 8, 16)
-
-# The kernel's option for each kind of film; the last are paths.
-FILMS: dict[np.dtype[Any], list[str]] = {
-    np.dtype(np.float32): [],
-    np.dtype(np.uint8): ["-DFILM_BYTES"],
-    np.dtype(np.uint32): ["-DFILM_PATHS"],
-}
-
-# The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
-# there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
-GROUP = 64
-# Rows are rendered in bands, up to three under way at a time. A band has at most so many pixels,
-# enough to cost nothing (half or twice as many take as long). The first ones have as many as test
-# FIRST_BAND spheres, and what a band takes says how many rows a next one can have, GROWTH times as
-# many at most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
-BAND, FIRST_BAND = 1 << 20, 1 << 25
-PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
-BAND_SECONDS, GROWTH = 0.1, 4
 LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
 
 
@@ -59,8 +36,8 @@ class Renderer:
     Args:
         precision: "robust" (float32, the split formula), "literal" (float32, the paper's
             formulas as they stand) or "double" (float64).
-        lanes: pixels that a work-item traces in lock step, one of LANES; default: the device's
-            native vector width.
+        lanes: pixels that a work-item traces in lock step, one of LANES; default: 16 on a CPU,
+            else 1. If a device cannot compile so many, fewer are taken, with a DeviceWarning.
         device: part of a device's or platform's name; default: the first CPU.
         threads: for PoCL, before OpenCL's first use in this process; default: every core.
 
@@ -88,18 +65,19 @@ class Renderer:
         self.device = device
         self.precision = precision
         self.real = PRECISIONS[precision]
-        native = device.native_vector_width_float
-        if self.real is np.float64:
-            native = device.native_vector_width_double
-            if native == 0:
-                raise DeviceError(f"{label(device)} has no float64: use --precision robust")
-        self.lanes = lanes or max(n for n in LANES if n <= max(native, 1))
+        if self.real is np.float64 and device.native_vector_width_double == 0:
+            raise DeviceError(f"{label(device)} has no float64: use --precision robust")
+        self.lanes = lanes or default_lanes(device)
+        widest = pocl.NARROW // np.dtype(self.real).itemsize
+        if pocl.is_narrow(device) and self.lanes > widest:
+            self._narrow(widest, "PoCL could not be told which CPU to compile for")
         with self._errors():
             self._context = cl.Context([device])
             self._queue = cl.CommandQueue(
                 self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
-        self._programs: dict[tuple[str, ...], Program] = {}
+        self._kernels: dict[Features, cl.Kernel] = {}
+        self._world: pack.World | None = None
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
@@ -119,7 +97,7 @@ class Renderer:
         """Waits for the device and lets go of it."""
         with self._lock:
             self._queue.finish()
-            self._programs.clear()
+            self._kernels.clear()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -133,7 +111,7 @@ class Renderer:
 
     def render(
         self,
-        scene: Scene,
+        scene: Scene | str | Path,
         width: int,
         height: int,
         *,
@@ -144,6 +122,7 @@ class Renderer:
         """Renders a picture.
 
         Args:
+            scene: a scene, or what load_scene() takes.
             width, height: of the whole picture, pixels.
             dtype: float32 gives linear colours, not clipped; uint8 gives round(255 c) of them,
                 clipped to [0, 1].
@@ -156,110 +135,43 @@ class Renderer:
             (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3).
 
         Raises:
-            RequestError: there is no such size, region or dtype.
+            RequestError: there is no such scene, size, region or dtype.
             OutputError: the film does not fit into memory.
             DeviceError: the device fails.
         """
         check_process()
+        scene = as_scene(scene)
         with self._lock, self._errors():
-            return self._film(scene, (width, height), (3,), color_dtype(dtype), region, progress)
+            return self._film(scene, (width, height), (3,), color_film(dtype), region, progress)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
         check_process()
         with self._lock, self._errors():
-            return self._film(scene, (width, height), (), np.dtype(np.uint32))
+            return self._film(scene, (width, height), (), "paths")
 
     def _film(
         self,
         scene: Scene,
         size: tuple[int, int],
         channels: tuple[int, ...],
-        dtype: np.dtype[Any],
+        kind: Film,
         region: Region | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> NDArray[Any]:
-        import pyopencl as cl
-
         width, height = check_size(*size)
         left, top, right, bottom = check_region(region, width, height)
-        packed = pack(scene, width, height, self.real, self.precision == "literal")
-        program = self._program(scene, dtype, light_inside=bool(packed.encloses.any()))
+        kernel = self._kernel(scene, kind)
+        arguments = pack.arguments(self._packed_world(scene), scene, width, height)
         # From the packet on that `left` is in: so every packet is one of the whole picture's.
         first = left // self.lanes * self.lanes
-        columns = right - first
-        shape = (bottom - top, columns, *channels)
-        memory.require(math.prod(shape) * dtype.itemsize, f"a film of {columns}x{bottom - top}")
+        dtype = np.dtype(pack.FILMS[kind])
+        shape = (bottom - top, right - first, *channels)
+        memory.require(math.prod(shape) * dtype.itemsize, f"a film of {shape[1]}x{shape[0]}")
         film = np.empty(shape, dtype)
-        buffers = map(
-            self._upload,
-            (packed.camera, packed.spheres, packed.materials, packed.lights, packed.shades,
-             packed.encloses),
-        )  # fmt: skip
-        camera, spheres, materials, lights, shades, enclosing = buffers
-        same_for_all_bands = (
-            np.int32(columns),
-            np.int32(first),
-            np.int32(scene.max_depth),
-            self.real(packed.shadow_bias),
-            camera,
-            np.int32(len(packed.spheres)),
-            spheres,
-            np.int32(len(packed.materials)),
-            materials,
-            np.int32(len(packed.lights)),
-            lights,
-            shades,
-            enclosing,
+        self.kernel_seconds = bands.fill(
+            film, (first, top), self.lanes, self._queue, kernel, arguments, progress
         )
-        items = -(-columns // (GROUP * self.lanes)) * GROUP
-        rows = max(FIRST_BAND // (columns * (PIXEL + len(packed.spheres))), 1)
-        self.kernel_seconds = 0.0
-        # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
-        # empty while the host waits for the band before.
-        under_way: deque[tuple[cl.Event, cl.Event, cl.MemoryMap, int]] = deque()
-
-        def finish_oldest() -> int:
-            """Returns how many rows the next band should have."""
-            done, mapped, mapping, band_rows = under_way.popleft()
-            mapped.wait()
-            mapping.release(self._queue)
-            seconds = 1e-9 * (done.profile.end - done.profile.start)
-            self.kernel_seconds += seconds
-            if progress is not None:
-                progress(band_rows)
-            fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
-            return max(int(min(fitting, BAND / columns)), 1)
-
-        try:
-            begun = 0
-            while begun < len(film):
-                band = film[begun : begun + rows]
-                flags = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
-                buffer = cl.Buffer(self._context, flags, hostbuf=band)
-                program.render.set_args(buffer, np.int32(top + begun), *same_for_all_bands)
-                done = cl.enqueue_nd_range_kernel(
-                    self._queue, program.render, (items, len(band)), (GROUP, 1)
-                )
-                # On a CPU the kernel writes to the film itself; on other devices this copies.
-                array, mapped = cl.enqueue_map_buffer(
-                    self._queue,
-                    buffer,
-                    cl.map_flags.READ,
-                    0,
-                    band.shape,
-                    band.dtype,
-                    is_blocking=False,
-                )
-                under_way.append((done, mapped, array.base, len(band)))
-                begun += len(band)
-                if len(under_way) > 2:
-                    rows = finish_oldest()
-            while under_way:
-                finish_oldest()
-        finally:
-            self._queue.finish()  # the device writes to the film: an error must not free it
-        program.keep()
         if left == first:
             return film
         # The columns before `left` are dropped where the film is: it may be as large as memory.
@@ -268,54 +180,79 @@ class Renderer:
             flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
         return flat[: len(film) * length].reshape(len(film), right - left, *channels)
 
-    def _upload(self, packed: NDArray[Any]) -> "cl.Buffer":
-        import pyopencl as cl
-
-        if packed.size == 0:  # OpenCL has no empty buffers
-            packed = np.zeros(1, packed.dtype)
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-        return cl.Buffer(self._context, flags, hostbuf=packed)
-
     def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
         check_process()
-        with self._lock:
-            self._program(scene, color_dtype(dtype), light_inside=bool(encloses(scene).any()))
+        with self._lock, self._errors():
+            self._kernel(scene, color_film(dtype))
 
-    def _program(self, scene: Scene, dtype: np.dtype[Any], light_inside: bool) -> Program:
-        long_lens = scene.camera.long_lens and self.precision != "literal"
-        options = (
-            *FILMS[dtype],
-            *["-DREFLECTION"] * scene.reflects,
-            *["-DLONG_LENS"] * long_lens,
-            *["-DLIGHT_INSIDE"] * light_inside,
-        )
-        if options not in self._programs:
-            self._programs[options] = Program(
-                self._context, self.device, self.build_options(*options)
-            )
-        return self._programs[options]
+    def _packed_world(self, scene: Scene) -> pack.World:
+        """What is packed of a scene while only its camera changes."""
+        if self._world is None or not self._world.is_of(scene):
+            self._world = pack.pack_world(scene, self.precision)
+        return self._world
 
-    def build_options(self, *options: str) -> list[str]:
-        """The compiler options of this renderer's programs."""
-        double = ["-DDOUBLE"] * (self.real is np.float64)
-        literal = ["-DLITERAL"] * (self.precision == "literal")
-        return [f"-DLANES={self.lanes}", *double, *literal, *options]
+    def _kernel(self, scene: Scene, film: Film) -> "cl.Kernel":
+        """The program for a scene; if none of so many lanes works, one of fewer."""
+        needed = pack.features(self._packed_world(scene), scene, self.lanes, film)
+        while needed not in self._kernels:
+            try:
+                self._kernels[needed] = self._made(needed).render
+            except DeviceError as error:
+                narrower = [n for n in LANES if n < self.lanes]
+                if not narrower:
+                    raise DeviceError(f"{label(self.device)} cannot be used: {error}") from None
+                self._narrow(narrower[-1], str(error))
+                needed = replace(needed, lanes=self.lanes)
+        return self._kernels[needed]
+
+    def _narrow(self, lanes: int, why: str) -> None:
+        self.lanes, before = lanes, self.lanes
+        message = f"{label(self.device)}: {before} lanes cannot be used, {lanes} are: {why}"
+        warnings.warn(message, DeviceWarning, stacklevel=2)
+
+    def _made(self, needed: Features) -> "cl.Program":
+        """From the cache; else it is compiled, tried and kept.
+
+        Raises:
+            DeviceError: it has not passed its trial.
+        """
+        import pyopencl as cl
+
+        source = program.kernel_source()
+        path = program.cache_path(self.device, source, needed.options)
+        if (binary := program.kept(path)) is not None:
+            with suppress(cl.Error):  # it is refused, as by another build of the same version
+                return program.loaded(self._context, self.device, binary)
+        from clrt import trial
+
+        binary = trial.tried(self.device, source, needed)
+        program.keep(path, binary)
+        return program.loaded(self._context, self.device, binary)
 
 
-def color_dtype(dtype: DTypeLike) -> np.dtype[Any]:
-    """float32 or uint8.
+def default_lanes(device: "cl.Device") -> int:
+    """16 on a CPU whatever its vectors' width: wider packets than those have more to do at a time,
+    which hides latency (benchmarks/NOTES.md)."""
+    import pyopencl as cl
+
+    return max(LANES) if device.type & cl.device_type.CPU else 1
+
+
+def color_film(dtype: DTypeLike) -> Film:
+    """The kind of film whose pixels are float32 or uint8.
 
     Raises:
-        RequestError: it is neither.
+        RequestError: they are neither.
     """
     try:
         found = np.dtype(dtype)
     except TypeError:
         found = np.dtype(object)
-    if found not in (np.float32, np.uint8):
-        raise RequestError(f"dtype: expected float32 or uint8, got {dtype!r}")
-    return found
+    for film in ("float", "bytes"):
+        if found == pack.FILMS[film]:
+            return film
+    raise RequestError(f"dtype: expected float32 or uint8, got {dtype!r}")
 
 
 def check_size(width: int, height: int) -> tuple[int, int]:
@@ -353,7 +290,9 @@ def check_region(region: Region | None, width: int, height: int) -> Region:
     return left, top, right, bottom
 
 
-def render(scene: Scene, width: int, height: int, **options: Any) -> NDArray[np.float32]:
+def render(
+    scene: Scene | str | Path, width: int, height: int, **options: Any
+) -> NDArray[np.float32]:
     """Renders one picture: float32 (height, width, 3), linear, not clipped.
 
     options: as for Renderer. For more than one picture keep a Renderer, which compiles once.

@@ -6,11 +6,13 @@ whoever makes them: a file or Python code. Lengths are in world units, colours l
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal, TypeAlias
 
 import msgspec
 from msgspec.structs import force_setattr
+
+from clrt.errors import SceneError
 
 Vec3: TypeAlias = tuple[float, float, float]
 Color: TypeAlias = tuple[float, float, float]
@@ -24,7 +26,25 @@ MAX_DEPTH = 1000
 
 def _require(good: bool, key: str, expected: str, value: object) -> None:
     if not good:
-        raise ValueError(f"{key}: expected {expected}, got {value!r}")
+        raise SceneError(f"{key}: expected {expected}, got {_short(value)}")
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
+
+
+def _all(struct: msgspec.Struct, key: str, kind: type, what: str) -> None:
+    """Makes a tuple of any sequence of that kind."""
+    given = getattr(struct, key)
+    try:
+        found = tuple(given)
+    except TypeError:
+        found = (None,)
+    for i, one in enumerate(found):
+        where = key if not isinstance(given, list | tuple) else f"{key}[{i}]"
+        _require(isinstance(one, kind), where, what, one if where != key else given)
+    force_setattr(struct, key, found)
 
 
 def _vectors(struct: msgspec.Struct, *keys: str) -> None:
@@ -80,11 +100,6 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         good = math.hypot(*_cross(ahead, up)) > 1e-9 * math.hypot(*ahead) * math.hypot(*up)
         _require(good, "up", "a direction not parallel to look_at - position", self.up)
 
-    @property
-    def long_lens(self) -> bool:
-        """Whether what fills the picture may be far away against its size."""
-        return self.fov < 14
-
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:
         """The unit vectors right, up and back (against the view), in world space."""
         back = _unit(_minus(self.position, self.look_at))
@@ -133,6 +148,7 @@ class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         _vectors(self, "center")
         _number(self, "radius", "a finite number above 0", lambda radius: radius > 0)
+        _require(isinstance(self.material, str), "material", "a material's name", self.material)
 
 
 FRAMES = 10**7
@@ -172,6 +188,7 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _require(good, "interpolation", "'smooth' or 'linear'", self.interpolation)
         _count(self, "frames", 1, FRAMES)
         _number(self, "fps", "a number from 0.001 to 1000", lambda fps: 0.001 <= fps <= 1000)
+        _all(self, "keys", Key, "a Key")
         _require(len(self.keys) >= 2, "keys", "at least two keys", len(self.keys))
         before = -1
         for i, key in enumerate(self.keys):
@@ -195,18 +212,29 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     animation: Animation | None = None
 
     def __post_init__(self) -> None:
+        _require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
+        _all(self, "lights", Light, "a Light")
+        _all(self, "spheres", Sphere, "a Sphere")
+        good = isinstance(self.materials, dict)
+        _require(good, "materials", "a dict of names and Materials", self.materials)
+        for name, material in self.materials.items():
+            good = isinstance(name, str) and isinstance(material, Material)
+            _require(good, f"materials.{name}", "a Material", material)
+        good = self.animation is None or isinstance(self.animation, Animation)
+        _require(good, "animation", "an Animation", self.animation)
         _count(self, "max_depth", 1, MAX_DEPTH)
         _number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
         for i, sphere in enumerate(self.spheres):
             if sphere.material not in self.materials:
-                known = ", ".join(map(repr, self.materials)) or "none"
-                expected = f"the name of a material ({known})"
+                expected = f"the name of a material ({_some(self.materials)})"
                 _require(False, f"spheres[{i}].material", expected, sphere.material)
 
-    @property
-    def reflects(self) -> bool:
-        """Whether a path can go on after its first hit."""
-        return self.max_depth > 1 and any(m.reflection > 0 for m in self.materials.values())
+
+def _some(names: Iterable[str], most: int = 5) -> str:
+    """The first few of them, and how many there are more."""
+    found = list(map(repr, names))
+    more = [f"{len(found) - most} more"] if len(found) > most else []
+    return ", ".join(found[:most] + more) or "none"
 
 
 def _minus(a: Vec3, b: Vec3) -> Vec3:

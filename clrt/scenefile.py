@@ -15,6 +15,12 @@ from clrt.scene import Material, Scene
 T = TypeVar("T")
 LARGEST = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
 
+# tomllib takes a time that grows with the square of a dotted key's parts.
+PARTS = 50
+LONG_KEY = re.compile(
+    rf"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{PARTS}}}"""
+)
+
 
 def builtin_scenes() -> list[str]:
     """The names of the scenes that come with clrt."""
@@ -50,6 +56,19 @@ def load_scene(source: str | Path) -> Scene:
         raise SceneError(f"{name}: {error}") from None
 
 
+def as_scene(source: Scene | str | Path) -> Scene:
+    """The scene itself, or the one that load_scene() reads.
+
+    Raises:
+        SceneError: it is neither.
+    """
+    if isinstance(source, Scene):
+        return source
+    if isinstance(source, str | Path):
+        return load_scene(source)
+    raise SceneError(f"scene: expected a Scene, a name or a path, got {type(source).__name__}")
+
+
 def _read(path: Path) -> bytes:
     # So a pipe that nobody writes to is empty, where to open it would wait for a writer.
     file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -67,6 +86,9 @@ def parse_scene(text: str) -> Scene:
     Raises:
         SceneError: naming the key and what was expected.
     """
+    if found := LONG_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise SceneError(f"not TOML that is read: line {line} has a key of over {PARTS} parts")
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # of TOML, and of numbers and nesting beyond it

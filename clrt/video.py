@@ -124,7 +124,7 @@ def _write_pictures(
     # GIF counts hundredths of a second: each frame ends at the one nearest to its end.
     ends = [round(100 * k / fps) for k in range(len(rest) + 2)]
     in_hundredths = [10 * (end - start) for start, end in pairwise(ends)]
-    with path.open("xb") as file:
+    with path.open("wb") as file:
         first.save(
             file,
             name,

@@ -7,7 +7,8 @@ import pyopencl as cl
 import pytest
 
 from clrt.device import devices, label
-from clrt.renderer import LANES, Precision, Renderer
+from clrt.pack import LANES, Features, Precision
+from clrt.renderer import Renderer
 
 DEVICES = devices()
 # Ctrl-C may be ignored where the tests were started; processes would inherit that.
@@ -17,6 +18,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @functools.cache
 def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust") -> Renderer:
     return Renderer(device=device, lanes=lanes, precision=precision)
+
+
+def options(lanes: int, precision: Precision = "robust", light_inside: bool = False) -> list[str]:
+    """The compiler's, for a program with the kernels' functions in it."""
+    return Features(lanes, precision, "float", False, False, light_inside).options
 
 
 @pytest.fixture(params=DEVICES, ids=label, scope="session")

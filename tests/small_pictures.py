@@ -9,7 +9,8 @@ import numpy as np
 from hard_cases import CASES
 
 import clrt
-from clrt.renderer import LANES, PRECISIONS, Renderer
+from clrt.pack import LANES, PRECISIONS
+from clrt.renderer import Renderer
 
 WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lanes
 REGION = (3, 1, 36, 3)

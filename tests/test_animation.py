@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt.animation import all_frames, animate, camera_at
+from clrt.animation import Way, all_frames, animate, camera_at
 from clrt.scene import Vec3
 
 ORBIT = clrt.load_scene("orbit")
@@ -150,3 +150,28 @@ def test_closed_it_stops_at_once() -> None:
     assert started.wait(20)
     frames.close()
     assert stopped.is_set()
+
+
+def test_a_million_frames_and_a_key_for_each_of_many() -> None:
+    """Were the frames or the keys worked through one by one this would take minutes."""
+    way = Way(moving(clrt.Key(0), clrt.Key(10**6, position=(0.0, 1.0, 3.0)), frames=10**6))
+    way.check(range(10**6))
+    keys = [clrt.Key(k, position=(math.cos(k), 1.0, 3.0)) for k in range(20_000)]
+    scene = moving(*keys, frames=20_000)
+    way = Way(scene)
+    for k in range(0, 20_000, 4000):
+        assert way.camera(k).position == pytest.approx(keys[k].position)
+
+
+@pytest.mark.parametrize("frames", [[-5], [1.5], [0, 1000], ["1"], range(5, 200)])
+def test_refuses_frames_that_are_not_there(frames) -> None:
+    expected = "frames: expected whole numbers from 0 to 99, got"
+    with pytest.raises(clrt.RequestError, match=expected):
+        animate(moving(clrt.Key(0), clrt.Key(9, fov=50.0)), 8, 8, frames=frames)
+
+
+def test_an_impossible_frame_among_many_is_found() -> None:
+    scene = moving(clrt.Key(0, fov=50.0), clrt.Key(9, fov=300.0), frames=10, interpolation="linear")
+    with pytest.raises(clrt.SceneError, match=r"animation, frame 5: camera.fov: expected degrees"):
+        Way(scene).check(range(10))
+    Way(scene).check(range(5))

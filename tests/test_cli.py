@@ -111,6 +111,17 @@ def test_compare(run) -> None:
     assert "PSNR     inf dB" in run("compare", "a.png", "a.png").stdout
 
 
+def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
+    run("render", "-o", "a.png", *SMALL)
+    run("render", "-o", "b.png", *SMALL)
+    before = (tmp_path / "b.png").read_bytes()
+    for heatmap in ("a.png", "./b.png"):
+        result = run("compare", "a.png", "b.png", "--heatmap", heatmap)
+        assert result.exit_code == 2
+        assert "is read as well: expected another name" in result.stderr
+    assert (tmp_path / "b.png").read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

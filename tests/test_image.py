@@ -1,27 +1,31 @@
 """Image files: each format read back, whole or not there."""
 
 import os
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from clrt import image
+from clrt import data, image
 from clrt.errors import OutputError, RequestError
 
 BYTES = np.random.default_rng(1).integers(0, 256, (20, 30, 3), np.uint8)
 FLOATS = np.random.default_rng(2).normal(0, 3, (20, 30, 3)).astype(np.float32)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".webp", ".tif", ".bmp", ".ppm", ".PNG"])
+@pytest.mark.parametrize("suffix", [".png", ".webp", ".tif", ".tiff", ".bmp", ".ppm", ".PNG"])
 def test_8_bit_round_trip(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     image.save(path, BYTES)
     assert (np.rint(255 * image.load(path)) == BYTES).all()
 
 
-def test_jpeg_round_trip(tmp_path: Path) -> None:
-    path = tmp_path / "a.jpg"
+@pytest.mark.parametrize("suffix", [".jpg", ".jpeg"])
+def test_jpeg_round_trip(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
     smooth = np.broadcast_to(np.arange(64, dtype=np.uint8)[:, None, None] * 3, (64, 64, 3))
     image.save(path, np.ascontiguousarray(smooth))
     assert abs(255 * image.load(path) - smooth).max() < 4
@@ -133,3 +137,51 @@ def test_unreadable(tmp_path: Path) -> None:
         np.save(tmp_path / "b.npy", array)
         with pytest.raises(RequestError, match="expected float or uint8 of shape"):
             image.load(tmp_path / "b.npy")
+
+
+def test_16_bits_a_channel(tmp_path: Path) -> None:
+    gray = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    Image.fromarray(gray).save(tmp_path / "8.png")
+    Image.fromarray(gray.astype(np.uint16) * 257).save(tmp_path / "16.png")
+    assert (image.load(tmp_path / "16.png") == image.load(tmp_path / "8.png")).all()
+    Image.fromarray(gray.astype(np.int32)).save(tmp_path / "32.tif")
+    with pytest.raises(RequestError, match="expected 8 or 16 bits a channel, got mode I"):
+        image.load(tmp_path / "32.tif")
+
+
+def test_a_picture_larger_than_memory_is_not_decoded(tmp_path: Path) -> None:
+    header = struct.pack(">II5B", 60000, 60000, 8, 2, 0, 0, 0)
+    chunk = b"IHDR" + header
+    (tmp_path / "bomb.png").write_bytes(
+        b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk))
+        + struct.pack(">I", 9) + b"IDAT"
+    )  # fmt: skip
+    with pytest.raises(OutputError, match=r"bomb.png: 60000x60000 needs 72.0 GB of memory"):
+        image.load(tmp_path / "bomb.png")
+
+
+def test_what_a_killed_process_left_goes(tmp_path: Path) -> None:
+    """And what one that lives holds, what is young and what is not ours stays."""
+    old, held, young = (tmp_path / f".{letter * 16}.part" for letter in "abc")
+    other = tmp_path / ".other.part"
+    for path in (old, held, young, other):
+        path.touch()
+    for path in (old, held, other):
+        os.utime(path, (0, 0))
+    lock = data.locked(held)
+    image.save(tmp_path / "a.png", BYTES)
+    os.close(lock)
+    assert set(tmp_path.iterdir()) == {held, young, other, tmp_path / "a.png"}
+
+
+@pytest.mark.parametrize("suffix", image.SUFFIXES)
+def test_is_whole(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    assert not image.is_whole(path, 30, 20)
+    image.save(path, BYTES if image.film_dtype(path) is np.uint8 else FLOATS)
+    assert image.is_whole(path, 30, 20)
+    assert not image.is_whole(path, 20, 30)
+    path.write_bytes(path.read_bytes()[:-40])
+    assert not image.is_whole(path, 30, 20)
+    path.write_bytes(b"")
+    assert not image.is_whole(path, 30, 20)

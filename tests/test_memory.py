@@ -13,6 +13,13 @@ def test_available_is_between_what_numpy_takes_and_the_machines_memory() -> None
     assert 1e8 < memory.available() < total
 
 
+def test_what_the_system_does_not_tell_is_no_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "_fields", lambda path: {})
+    assert memory.available() > 10**15
+    monkeypatch.setattr(memory.Path, "read_text", lambda path: memory.Path("none").read_bytes())
+    memory.require(10**15, "a film")
+
+
 def test_require() -> None:
     memory.require(memory.SMALL, "a film")
     with pytest.raises(OutputError, match=r"a film needs 1000000\.0 GB of memory and \d+\.\d GB"):

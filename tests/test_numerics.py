@@ -13,7 +13,8 @@ from hypothesis import assume, given, settings
 
 from clrt import Camera, Light, Material, Scene, Sphere, metrics, reference
 from clrt.metrics import QUARTER_STEP
-from clrt.renderer import Precision, Renderer
+from clrt.pack import Precision
+from clrt.renderer import Renderer
 
 HARD_LANES = (1, 16)  # the two ways that the kernel's source can be read
 WIDE = np.finfo(np.longdouble).nmant > np.finfo(np.float64).nmant

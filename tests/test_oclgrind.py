@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clrt.renderer import LANES
+from clrt.pack import LANES
 
 pytestmark = [
     pytest.mark.slow,

@@ -1,13 +1,17 @@
 """Packing: the dtypes are the kernel's structs, and giants are anchored where they should be."""
 
+import re
+from types import SimpleNamespace
+
 import numpy as np
 import pyopencl as cl
 import pytest
+from conftest import options
+from msgspec.structs import replace
 
 import clrt
 from clrt import pack
 from clrt.program import kernel_source
-from clrt.renderer import Renderer
 
 STRUCTS = {
     "Camera": pack.camera_dtype,
@@ -33,15 +37,14 @@ def layout_kernel() -> str:
 
 @pytest.mark.parametrize("precision", ["robust", "double"])
 def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
-    renderer = Renderer(device=device, precision=precision, lanes=1)
     expected = []
-    for dtype in (make(renderer.real) for make in STRUCTS.values()):
+    for dtype in (make(pack.PRECISIONS[precision]) for make in STRUCTS.values()):
         expected.append(dtype.itemsize)
         expected += [dtype.fields[field][1] for field in dtype.names]
     context = cl.Context([device])
     queue = cl.CommandQueue(context)
     program = cl.Program(context, kernel_source() + layout_kernel())
-    program.build(options=renderer.build_options())
+    program.build(options=options(1, precision))
     found = np.zeros(len(expected), np.int32)
     buffer = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, found.nbytes)
     program.layout(queue, (1,), None, buffer)
@@ -49,10 +52,15 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
     assert found.tolist() == expected
 
 
+def packed(scene: clrt.Scene, precision: pack.Precision = "robust") -> SimpleNamespace:
+    """The kernel's arguments for a small picture, by name."""
+    return SimpleNamespace(**pack.arguments(pack.pack_world(scene, precision), scene, 64, 36))
+
+
 def test_only_the_plane_is_a_giant() -> None:
-    packed = pack.pack(clrt.load_scene("four-spheres"), 64, 36, np.float32)
-    assert packed.spheres["giant"].tolist() == [0, 0, 0, 1]
-    plane = packed.spheres[3]
+    found = packed(clrt.load_scene("four-spheres"))
+    assert found.spheres["giant"].tolist() == [0, 0, 0, 1]
+    plane = found.spheres[3]
     # The plane's top is 0.7 under the camera's height, which stands 1 beside its axis.
     scale = 1 / (plane["inv_radius"] * 8999.3)
     assert plane["anchor"] == pytest.approx([0, -0.7 * scale, 0], abs=2e-4)
@@ -68,10 +76,10 @@ def test_lengths_are_scaled_by_a_power_of_two_to_about_1(size: float) -> None:
         for c in [s.center]
     )
     camera = clrt.Camera((0, 0, size), (0, 0, 0))
-    packed = pack.pack(clrt.Scene(camera, (), scene.materials, spheres), 64, 36, np.float32)
-    reach = np.linalg.norm(packed.spheres["anchor"], axis=1) + 1 / packed.spheres["inv_radius"]
+    found = packed(clrt.Scene(camera, (), scene.materials, spheres))
+    reach = np.linalg.norm(found.spheres["anchor"], axis=1) + 1 / found.spheres["inv_radius"]
     assert 0.5 <= reach.max() <= 1
-    scale = packed.spheres["inv_radius"][0] * 0.7 * size
+    scale = found.spheres["inv_radius"][0] * 0.7 * size
     assert np.log2(scale) == pytest.approx(round(np.log2(scale)), abs=1e-6)
 
 
@@ -89,20 +97,20 @@ def test_a_giants_surface_is_where_it_was(radius: float) -> None:
 
 def test_materials_are_stored_once() -> None:
     scene = clrt.load_scene("sunflower")
-    packed = pack.pack(scene, 64, 36, np.float32)
-    assert packed.shades.shape == (len(scene.lights), len(scene.materials))
-    assert len(packed.materials) == len(scene.materials) < len(packed.spheres)
+    found = packed(scene)
+    assert found.shades.shape == (len(scene.lights), len(scene.materials))
+    assert len(found.materials) == len(scene.materials) < len(found.spheres)
     names = list(scene.materials)
-    for packed_sphere, sphere in zip(packed.spheres, scene.spheres, strict=True):
+    for packed_sphere, sphere in zip(found.spheres, scene.spheres, strict=True):
         assert names[packed_sphere["material"]] == sphere.material
 
 
 def test_shades_are_products_of_material_and_light() -> None:
     scene = clrt.load_scene("sunflower")
-    packed = pack.pack(scene, 64, 36, np.float64)
+    found = packed(scene, "double")
     gold = list(scene.materials).index("gold")
     expected = np.array(scene.materials["gold"].diffuse) * scene.lights[1].diffuse
-    assert (packed.shades[1, gold]["diffuse"] == expected).all()
+    assert (found.shades[1, gold]["diffuse"] == expected).all()
 
 
 def test_view_holds_what_a_sphere_shows_of_itself() -> None:
@@ -132,3 +140,56 @@ def test_a_sphere_around_the_camera_is_in_view_everywhere() -> None:
     for center in ((0.0, 0.0, 0.0), (-1.0, 0.5, 1.0), (1.0, -2.0, -1.0)):
         view = pack._view(np.array([center]), np.array([3.0]))[0]
         assert view.tolist() == [-np.inf, np.inf, -np.inf, np.inf]
+
+
+def test_a_program_has_what_its_scene_uses() -> None:
+    scene = clrt.load_scene("four-spheres")
+    world = pack.pack_world(scene, "robust")
+    assert pack.features(world, scene, 16, "bytes").options == [
+        "-DLANES=16", "-DFILM_BYTES", "-DREFLECTION"
+    ]  # fmt: skip
+    assert not pack.features(world, replace(scene, max_depth=1), 16, "bytes").reflection
+    matte = {name: replace(m, reflection=0.0) for name, m in scene.materials.items()}
+    dull = replace(scene, materials=matte)
+    assert not pack.features(pack.pack_world(dull, "robust"), dull, 16, "bytes").reflection
+    far = replace(scene, camera=clrt.Camera((0, 0, 99), (0, 0, 0), fov=1.0))
+    assert pack.features(world, far, 16, "float").options == [
+        "-DLANES=16", "-DREFLECTION", "-DLONG_LENS"
+    ]  # fmt: skip
+    lit = replace(scene, lights=[clrt.Light(scene.spheres[0].center)])
+    assert pack.features(pack.pack_world(lit, "double"), lit, 1, "paths").options == [
+        "-DLANES=1", "-DDOUBLE", "-DFILM_PATHS", "-DREFLECTION", "-DLIGHT_INSIDE"
+    ]  # fmt: skip
+
+
+def test_the_kernels_ask_for_nothing_else() -> None:
+    """A -D that is misspelt on either side would be silent."""
+    asked = set(re.findall(r"\b(?:ifn?def|defined)[ (]+(\w+)", kernel_source()))
+    asked -= set(re.findall(r"#define (\w+)", kernel_source()))
+    asked -= {"__has_builtin", "__AVX512F__", "PYOPENCL_USING_OCLGRIND"}
+    told: set[str] = set()
+    for precision in pack.PRECISIONS:
+        for film in pack.FILMS:
+            told |= {o[2:] for o in pack.Features(1, precision, film, True, True, True).options}
+    assert asked == told - {"LANES=1"}
+
+
+def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
+    scene = clrt.load_scene("four-spheres")
+    names = list(pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9))
+    program = cl.Program(cl.Context([device]), kernel_source())
+    kernel = program.build(options=[*options(4), "-cl-kernel-arg-info"]).render
+    info = cl.kernel_arg_info.NAME
+    found = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]
+    assert found == ["film", "first_row", "width", "first_column", *names]
+
+
+def test_a_world_is_packed_again_only_if_it_changes() -> None:
+    scene = clrt.load_scene("four-spheres")
+    world = pack.pack_world(scene, "robust")
+    assert world.is_of(replace(scene, camera=clrt.Camera((1, 1, 1), (0, 0, 0)), max_depth=1))
+    assert not world.is_of(replace(scene, spheres=scene.spheres[:2]))
+    assert not world.is_of(replace(scene, lights=[clrt.Light((0, 0, 0))]))
+    name, material = next(iter(scene.materials.items()))
+    scene.materials[name] = replace(material, shininess=1.0)  # a dict can be changed where it is
+    assert not world.is_of(scene)

@@ -1,5 +1,6 @@
 """Programs are kept as binaries, and a spoilt one does no harm."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,8 @@ import pyopencl as cl
 import pytest
 
 import clrt
+from clrt import program
 from clrt.errors import DeviceError
-from clrt.program import Program
 from clrt.renderer import Renderer
 
 
@@ -30,6 +31,10 @@ def test_kept_cut_short_and_refused(
         kept.write_bytes(spoilt)
         assert (picture(device) == first).all()
         assert [path.name for path in (tmp_path / "clrt").iterdir()] == [kept.name]
+    kept.unlink()
+    os.mkfifo(kept)
+    assert (picture(device) == first).all()
+    assert kept.is_file()
 
 
 def test_a_cache_that_cannot_be_written(
@@ -41,5 +46,40 @@ def test_a_cache_that_cannot_be_written(
 
 
 def test_what_does_not_compile_says_why(device: cl.Device) -> None:
-    with pytest.raises(DeviceError, match=r"cannot compile the kernel: .*error: "):
-        Program(cl.Context([device]), device, ["-DLANES=5"])
+    with pytest.raises(DeviceError, match=r"it cannot compile the kernel: .*error: "):
+        program.compiled(cl.Context([device]), device, program.kernel_source(), ["-DLANES=5"])
+
+
+def test_a_pipe_in_the_cache_is_nothing_to_wait_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    assert program.kept(tmp_path / "pipe") is None
+
+
+def test_the_cache_forgets_what_was_not_used_for_longest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("clrt.program.ROOM", 350)
+    paths = [tmp_path / (f"{i}" * program.KEY_LENGTH) for i in range(4)]
+    (tmp_path / "run-x").mkdir()
+    for i, path in enumerate(paths[:3]):
+        program.keep(path, bytes(50))
+        os.utime(path, (i, i))
+    assert program.kept(paths[0]) == bytes(50)  # now it is the youngest
+    program.keep(paths[3], bytes(100))
+    assert [path.exists() for path in paths] == [True, False, True, True]
+    program.keep(paths[1], bytes(400))  # larger than all of it
+    assert [path.name for path in tmp_path.iterdir()] == ["run-x"]
+
+
+def test_a_program_belongs_to_cpu_and_width(
+    device: cl.Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two machines can have a home and a model's name in common."""
+
+    def path() -> Path:
+        return program.cache_path(device, "", [])
+
+    before = path()
+    assert path() == before
+    monkeypatch.setattr("clrt.pocl.name_given", lambda device: "another")
+    assert path() != before

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import renderer_for
+from conftest import options
 from numpy.typing import NDArray
 
 from clrt import pack
+from clrt.pack import Precision
 from clrt.program import kernel_source
-from clrt.renderer import Precision
 
 Array = NDArray[Any]
 
@@ -109,14 +109,13 @@ class Prober:
     """Runs the test kernels in one precision and with one number of lanes."""
 
     def __init__(self, device: cl.Device, precision: Precision, lanes: int) -> None:
-        renderer = renderer_for(device, lanes, precision)
-        self.real = renderer.real
+        self.real = pack.PRECISIONS[precision]
         self.u = np.finfo(self.real).eps / 2
         self.lanes = lanes
         self.context = cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
         program = cl.Program(self.context, kernel_source() + KERNELS)
-        program.build(options=renderer.build_options("-DLIGHT_INSIDE"))
+        program.build(options=options(lanes, precision, light_inside=True))
         self.kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
 
     def run(

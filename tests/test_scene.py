@@ -58,11 +58,33 @@ def test_is_frozen() -> None:
             lambda: clrt.Scene(CAMERA, spheres=(clrt.Sphere((0, 0, 0), 1, "blue"),)),
             r"spheres\[0\].material: expected the name of a material",
         ),
+        (lambda: clrt.Scene(camera=5), "camera: expected a Camera, got 5"),
+        (lambda: clrt.Scene(CAMERA, lights=[5]), r"lights\[0\]: expected a Light, got 5"),
+        (lambda: clrt.Scene(CAMERA, spheres=7), "spheres: expected a Sphere, got 7"),
+        (lambda: clrt.Scene(CAMERA, materials=[RED]), "materials: expected a dict of names and"),
+        (lambda: clrt.Scene(CAMERA, materials={"a": 1}), "materials.a: expected a Material, got 1"),
+        (lambda: clrt.Scene(CAMERA, animation=3), "animation: expected an Animation"),
+        (lambda: clrt.Animation(5, [1, 2]), r"keys\[0\]: expected a Key"),
+        (lambda: clrt.Sphere((0, 0, 0), 1, material=5), "material: expected a material's name"),
     ],
 )
 def test_refuses(make, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(clrt.SceneError, match=said):
         make()
+
+
+def test_of_many_names_a_few_are_told() -> None:
+    many = {f"m{i}": RED for i in range(20_000)}
+    with pytest.raises(clrt.SceneError) as error:
+        clrt.Scene(CAMERA, materials=many, spheres=[clrt.Sphere((0, 0, 0), 1, "x" * 9999)])
+    assert "('m0', 'm1', 'm2', 'm3', 'm4', 19995 more), got" in str(error.value)
+    assert len(str(error.value)) < 300
+
+
+def test_any_sequence_of_spheres_and_lights() -> None:
+    sphere = clrt.Sphere((0, 0, 0), 1, "red")
+    scene = clrt.Scene(CAMERA, [clrt.Light((0, 9, 0))], {"red": RED}, spheres=[sphere])
+    assert scene.spheres == (sphere,)
 
 
 def test_any_three_numbers_are_a_vector() -> None:
@@ -87,10 +109,3 @@ def test_camera_basis_is_orthonormal_and_right_handed() -> None:
     )
     assert cross == pytest.approx(back, abs=1e-15)
     assert [math.hypot(*v) for v in (right, up, back)] == pytest.approx([1, 1, 1], abs=1e-15)
-
-
-def test_reflects_only_where_a_path_can_go_on() -> None:
-    mirror = msgspec.structs.replace(RED, reflection=0.5)
-    assert clrt.Scene(CAMERA, materials={"m": mirror}).reflects
-    assert not clrt.Scene(CAMERA, materials={"m": mirror}, max_depth=1).reflects
-    assert not clrt.Scene(CAMERA, materials={"m": RED}).reflects

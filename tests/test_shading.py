@@ -3,7 +3,7 @@
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import renderer_for
+from conftest import options, renderer_for
 
 from clrt.program import kernel_source
 
@@ -32,7 +32,7 @@ def test_power(device: cl.Device, lanes: int, precision, bound: float) -> None:
     exponent[::100] = 0
     context = cl.Context([device])
     queue = cl.CommandQueue(context)
-    program = cl.Program(context, kernel_source() + KERNEL).build(options=renderer.build_options())
+    program = cl.Program(context, kernel_source() + KERNEL).build(options=options(lanes, precision))
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     inputs = [cl.Buffer(context, flags, hostbuf=a) for a in (cosine2, sine2, exponent)]
     found = np.empty_like(sine2)

@@ -70,8 +70,13 @@ def test_numbered_pictures_split_and_resumed(run, tmp_path: Path) -> None:
     assert run("-o", "whole/####.png", "--frames", "0-11", *SMALL).exit_code == 0
     assert run("-o", "parts/####.png", "--frames", "0-5", *SMALL).exit_code == 0
     kept = (tmp_path / "parts/0003.png").stat().st_mtime_ns
+    cut = tmp_path / "parts/0001.png"
+    cut.write_bytes(cut.read_bytes()[:-9])
+    other_size = ("--width", "20", "--height", "20")
+    assert run("-o", "parts/####.png", "--frames", "5-5", *other_size).exit_code == 0
     result = run("-o", "parts/####.png", "--frames", "0-11", "--resume", *SMALL)
-    assert "6 frames" in result.stderr
+    assert "8 frames" in result.stderr
+    assert result.stderr.strip().endswith("4 were there")
     assert (tmp_path / "parts/0003.png").stat().st_mtime_ns == kept
     for k in range(12):
         name = f"{k:04d}.png"

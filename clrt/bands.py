@@ -1,0 +1,109 @@
+"""Bands: a kernel run over a film, some rows at a time.
+
+So a film can be larger than a device's largest buffer, Ctrl-C is answered and progress is told.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+# The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
+# there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
+GROUP = 64
+# Up to three bands are under way at a time. A band has at most so many pixels, enough to cost
+# nothing (half or twice as many take as long). The first ones have as many as test FIRST_BAND
+# spheres, and what a band takes says how many rows a next one can have, GROWTH times as many at
+# most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
+BAND, FIRST_BAND = 1 << 20, 1 << 25
+SPHERES_PER_PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
+BAND_SECONDS, GROWTH = 0.1, 4
+
+
+def fill(
+    film: NDArray[Any],
+    corner: tuple[int, int],
+    lanes: int,
+    queue: "cl.CommandQueue",
+    kernel: "cl.Kernel",
+    arguments: dict[str, Any],
+    progress: Callable[[int], object] | None = None,
+) -> float:
+    """Fills a film by the kernel `render`.
+
+    Args:
+        film: (rows, columns, ...), contiguous.
+        corner: its first pixel's column, a multiple of `lanes`, and row in the picture.
+        arguments: the kernel's, see pack.arguments().
+        progress: called with the number of rows just finished.
+
+    Returns:
+        How long the kernel ran, in seconds, by the device's clock.
+    """
+    import pyopencl as cl
+
+    columns = film.shape[1]
+    same_for_all = (
+        np.int32(columns),
+        np.int32(corner[0]),
+        *(_uploaded(queue.context, value) for value in arguments.values()),
+    )
+    items = -(-columns // (GROUP * lanes)) * GROUP
+    tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
+    rows = max(FIRST_BAND // tests, 1)
+    kernel_seconds = 0.0
+    # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
+    # empty while the host waits for the band before.
+    under_way: deque[tuple[cl.Event, cl.Event, cl.MemoryMap, int]] = deque()
+
+    def finish_oldest() -> int:
+        """Returns how many rows the next band should have."""
+        nonlocal kernel_seconds
+        done, mapped, mapping, band_rows = under_way.popleft()
+        mapped.wait()
+        mapping.release(queue)
+        seconds = 1e-9 * (done.profile.end - done.profile.start)
+        kernel_seconds += seconds
+        if progress is not None:
+            progress(band_rows)
+        fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
+        return max(int(min(fitting, BAND / columns)), 1)
+
+    try:
+        begun = 0
+        while begun < len(film):
+            band = film[begun : begun + rows]
+            flags = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
+            buffer = cl.Buffer(queue.context, flags, hostbuf=band)
+            kernel.set_args(buffer, np.int32(corner[1] + begun), *same_for_all)
+            done = cl.enqueue_nd_range_kernel(queue, kernel, (items, len(band)), (GROUP, 1))
+            # On a CPU the kernel writes to the film itself; on other devices this copies.
+            array, mapped = cl.enqueue_map_buffer(
+                queue, buffer, cl.map_flags.READ, 0, band.shape, band.dtype, is_blocking=False
+            )
+            under_way.append((done, mapped, array.base, len(band)))
+            begun += len(band)
+            if len(under_way) > 2:
+                rows = finish_oldest()
+        while under_way:
+            finish_oldest()
+    finally:
+        queue.finish()  # the device writes to the film: an error must not free it
+    return kernel_seconds
+
+
+def _uploaded(context: "cl.Context", value: Any) -> Any:
+    """An array as a buffer; a number stays one."""
+    import pyopencl as cl
+
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.size == 0:  # OpenCL has no empty buffers
+        value = np.zeros(1, value.dtype)
+    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+    return cl.Buffer(context, flags, hostbuf=value)

@@ -1,0 +1,180 @@
+"""Trials: a program is compiled and tried in a process of its own before it is trusted.
+
+A compiler can loop until memory is full, crash, or succeed with a wrong program (clrt/pocl.py says
+how), and no process can catch that in itself. So a child compiles under a bound of memory and time,
+renders a small picture of a scene that uses what the program was compiled for, compares it with the
+reference, and hands the binary back. It costs the first picture 0.4 s, for Python and its imports
+start once more (benchmarks/NOTES.md); a kept program costs nothing.
+
+A limit set in this process would do with less, but where LLVM meets it, it aborts.
+"""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import warnings
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+
+from clrt import bands, metrics, pack, program, reference
+from clrt.device import devices, identity
+from clrt.errors import DeviceError
+from clrt.scene import Camera, Light, Material, Scene, Sphere
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+MEMORY = 2 << 30  # bytes; a compiler that works needs a tenth of it
+SECONDS = 120  # one that works needs 1, and 20 on an emulated CPU
+FAILED, ELSEWHERE = 3, 4  # exit statuses of the child: the last if it has another device
+
+SIZE = (101, 13)  # whole packets and a part of one
+
+
+class Job(msgspec.Struct):
+    """What the child is to do."""
+
+    source: str
+    features: pack.Features
+    device: tuple[str, ...]
+    index: int
+    """Of the device among devices()."""
+
+
+def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+    """The binary of a program that has passed its trial.
+
+    Raises:
+        DeviceError: it has not. The message says why, as the end of a sentence.
+    """
+    found = devices()
+    if device not in found or not sys.executable:  # a part of a device; Python inside a program
+        return try_here(device, source, features)
+    job = Job(source, features, identity(device), found.index(device))
+    path = os.pathsep.join(filter(None, sys.path))
+    try:
+        child = subprocess.run(
+            [sys.executable, "-P", "-m", "clrt.trial"],
+            input=msgspec.json.encode(job),
+            capture_output=True,
+            timeout=SECONDS,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+    except subprocess.TimeoutExpired:
+        raise DeviceError(f"its compiler took more than {SECONDS} s") from None
+    except OSError:  # no more processes
+        return try_here(device, source, features)
+    said = child.stderr.decode(errors="replace").strip()
+    if child.returncode == 0:
+        return child.stdout
+    if child.returncode == FAILED:
+        raise DeviceError(said.split("\n")[-1])
+    if child.returncode == ELSEWHERE:  # an emulator that does not emulate what it starts
+        return try_here(device, source, features)
+    if "out of memory" in said:
+        reason = f"more than {MEMORY >> 30} GB of memory"
+    elif child.returncode < 0:
+        reason = str(signal.strsignal(-child.returncode))
+    else:
+        reason = f"exit status {child.returncode}"
+    raise DeviceError(f"its compiler crashed ({reason})")
+
+
+def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+    """As tried(), in this process: it finds wrong pictures, but what crashes crashes."""
+    import pyopencl as cl
+
+    context = cl.Context([device])
+    profiling = cl.command_queue_properties.PROFILING_ENABLE
+    queue = cl.CommandQueue(context, properties=profiling)
+    built = program.compiled(context, device, source, features.options)
+    scene = scene_for(features)
+    width, height = SIZE
+    channels = () if features.film == "paths" else (3,)
+    film = np.empty((height, width, *channels), pack.FILMS[features.film])
+    world = pack.pack_world(scene, features.precision)
+    arguments = pack.arguments(world, scene, width, height)
+    bands.fill(film, (0, 0), features.lanes, queue, built.render, arguments)
+    if wrong := wrong_pixels(film, scene, features):
+        raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
+    return program.binary(built)
+
+
+def scene_for(features: pack.Features) -> Scene:
+    """A scene that needs just these features.
+
+    A plane, which is a giant but for "literal", mirrors and shadows of two lights.
+    """
+    literal = features.precision == "literal"
+    shine = 0.4 * features.reflection
+    matte = Material((0.1, 0.0, 0.05), (0.6, 0.2, 0.3), (1, 1, 1), 40, shine)
+    ground = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.4), (0.2, 0.2, 0.2), 9, shine / 2)
+    lights = [Light((4, 5, 3)), Light((-3.0, 2.5, 1.0), diffuse=(0.3, 0.3, 0.6))]
+    if features.light_inside:
+        lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
+    radius = 20.0 if literal else 5000.0
+    spheres = (
+        Sphere((-0.7, 0.0, -0.6), 0.5, "matte"),
+        Sphere((0.4, 0.1, -0.4), 0.6, "matte"),
+        Sphere((0.0, -0.35, 0.2), 0.15, "ground"),
+        Sphere((0.0, -0.5 - radius, 0.0), radius, "ground"),
+    )
+    # The pictures have SIZE, so these are wide and low.
+    away, fov = (14.0, 12.0) if features.long_lens else (2.0, 90.0)
+    return Scene(
+        Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov),
+        tuple(lights),
+        {"matte": matte, "ground": ground},
+        spheres,
+        max_depth=3,
+        shadow_bias=1e-3 * literal,
+    )
+
+
+def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int:
+    """How many pixels are off by more than rounding makes them, away from edges."""
+    truth: reference.Truth = "seed" if features.precision == "literal" else "exact"
+    real = pack.PRECISIONS[features.precision]
+    trace = reference.trace(scene, *SIZE, truth, real if truth == "seed" else np.float64)
+    if features.film == "paths":
+        off = film != trace.paths
+    else:
+        step = 1 / 255 if features.film == "bytes" else 0
+        shown = film / np.float64(255) if features.film == "bytes" else film
+        off = metrics.pixel_error(shown, trace.image) > step / 2 + metrics.QUARTER_STEP
+    return int((off & ~metrics.edges(trace.paths)).sum())
+
+
+def main() -> None:
+    """The child: a job on stdin, the binary on stdout, or why there is none on stderr."""
+    answer = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a compiler prints
+    for limit, most in (
+        (resource.RLIMIT_DATA, MEMORY),
+        (resource.RLIMIT_CPU, SECONDS),  # should the parent be killed
+        (resource.RLIMIT_CORE, 0),
+    ):
+        _, hard = resource.getrlimit(limit)
+        resource.setrlimit(limit, (most if hard < 0 else min(most, hard), hard))
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
+    try:
+        found = devices(threads=1)
+        if job.index >= len(found) or identity(found[job.index]) != job.device:
+            sys.exit(ELSEWHERE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            answer.write(try_here(found[job.index], job.source, job.features))
+        answer.close()
+    except DeviceError as error:
+        print(error, file=sys.stderr)
+        sys.exit(FAILED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,213 @@
+"""Trials: a program that is wrong, or a compiler that crashes or hangs, is found out."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyopencl as cl
+import pytest
+
+import clrt
+from clrt import pack, program, trial
+from clrt.device import devices
+from clrt.errors import DeviceError, DeviceWarning
+from clrt.pack import LANES, PRECISIONS, Features
+from clrt.renderer import Renderer
+
+PLAIN = Features(4, "robust", "float", False, False, False)
+EVERY = [
+    Features(4, precision, film, *used)
+    for precision in PRECISIONS
+    for film in pack.FILMS
+    for used in itertools.product((False, True), repeat=3)
+    if not (precision == "literal" and used[1])  # which has no long lens
+]
+
+
+@pytest.mark.parametrize("features", EVERY, ids=lambda f: "".join(f.options[1:]) or "plain")
+def test_a_trials_scene_needs_what_the_program_is_for(features: Features) -> None:
+    scene = trial.scene_for(features)
+    world = pack.pack_world(scene, features.precision)
+    assert pack.features(world, scene, features.lanes, features.film) == features
+
+
+def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
+    """Were it left out of the kernel, the trial would notice: where it does no more than speed
+    things up or keep digits it cannot."""
+    with_all = Features(4, "robust", "paths", True, False, True)
+    without = [Features(4, "robust", "paths", False, False, True),
+               Features(4, "robust", "paths", True, False, False)]  # fmt: skip
+    source = program.kernel_source()
+    trial.try_here(device, source, with_all)
+    for less in without:
+        lying = source
+        for name in set(with_all.options) - set(less.options):
+            lying = f"#undef {name[2:]}\n" + lying
+        with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
+            trial.try_here(device, lying, with_all)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("film", pack.FILMS)
+def test_a_wrong_program_is_found(device: cl.Device, precision, film) -> None:
+    """Wrong in each packet's last lane only, by a little of its light."""
+    source = program.kernel_source()
+    wrong = source.replace(
+        "expose(color, path,",
+        "color = scaled(color, PICK(LANE == LANES - 1, REAL(0.98), 1));\n"
+        "path = PICK_INT(LANE == LANES - 1, path ^ 1, path);\n"
+        "expose(color, path,",
+    )
+    assert wrong != source
+    features = Features(8, precision, film, True, False, False)
+    if precision == "double" and device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+    assert trial.try_here(device, source, features)
+    with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
+        trial.try_here(device, wrong, features)
+
+
+def plant(monkeypatch: pytest.MonkeyPatch, cache: Path, code: str) -> None:
+    """Makes a kernel that is wrong in some way for more than two lanes."""
+    source = program.kernel_source()
+    planted = source.replace("    expose(", f"#if LANES > 2\n{code}\n#endif\n    expose(")
+    monkeypatch.setattr("clrt.program.kernel_source", lambda: planted)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+
+
+def test_narrower_lanes_are_tried(
+    device: cl.Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = clrt.load_scene("four-spheres")
+    right = Renderer(device=device, lanes=2).render(scene, 33, 9)
+    plant(monkeypatch, tmp_path, "color.x += REAL(0.1);")
+    for _ in range(2):  # the wrong ones are not kept
+        renderer = Renderer(device=device, lanes=8)
+        with pytest.warns(DeviceWarning) as said:
+            image = renderer.render(scene, 33, 9)
+        for lanes, warning in zip((8, 4), said, strict=True):
+            what = f"{lanes} lanes cannot be used, {lanes // 2} are: its compiler is wrong about"
+            assert what in str(warning.message)
+        assert renderer.lanes == 2
+        assert (image == right).all()
+        assert len(list((tmp_path / "clrt").glob("?" * program.KEY_LENGTH))) == 1
+
+
+def test_the_command_says_so(tmp_path: Path) -> None:
+    code = (
+        "import sys; from clrt import program; source = program.kernel_source()\n"
+        "wrong = source.replace('    expose(', '#if LANES > 2\\ncolor.y = 0;\\n#endif\\nexpose(')\n"
+        "program.kernel_source = lambda: wrong\n"
+        "sys.argv = 'clrt render --lanes 4 --width 40 --height 23'.split()\n"
+        "from clrt.__main__ import main; main()"
+    )
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0
+    first, second = done.stderr.strip().split("\n")
+    assert first.startswith("clrt: ")
+    assert "4 lanes cannot be used, 2 are: its compiler is wrong about" in first
+    assert second.startswith("four-spheres.png: 40x23")
+
+
+def test_none_works(device: cl.Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = program.kernel_source().replace("    expose(", "color.x = 1;\n    expose(")
+    monkeypatch.setattr("clrt.program.kernel_source", lambda: wrong)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with pytest.raises(DeviceError, match=r"cannot be used: its compiler is wrong about"):
+        Renderer(device=device, lanes=1).render(clrt.load_scene("four-spheres"), 9, 9)
+
+
+# What a child does in place of its work, and what is said of it.
+CRASHES = {
+    "ctypes.string_at(0)": "its compiler crashed (Segmentation fault)",
+    "os.abort()": "its compiler crashed (Aborted)",
+    "bytearray(3 << 30)": "its compiler crashed (exit status 1)",
+    "print('LLVM ERROR: out of memory', file=sys.stderr); os.abort()": (
+        "its compiler crashed (more than 2 GB of memory)"
+    ),
+    "time.sleep(99)": "its compiler took more than 2 s",
+    "sys.exit(7)": "its compiler crashed (exit status 7)",
+}
+
+
+@pytest.mark.parametrize("code", CRASHES)
+def test_what_crashes_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    child = tmp_path / "python"
+    child.write_text(
+        f"#!{sys.executable} -P\nimport ctypes, os, sys, time\nfrom clrt import trial\n"
+        f"def crash(*words):\n    {code}\ntrial.try_here = crash\ntrial.main()\n"
+    )
+    child.chmod(0o755)
+    monkeypatch.setattr(trial, "SECONDS", 2 if "sleep" in code else 60)
+    monkeypatch.setattr(sys, "executable", str(child))
+    with pytest.raises(DeviceError) as error:
+        trial.tried(devices()[0], program.kernel_source(), PLAIN)
+    assert str(error.value) == CRASHES[code]
+
+
+def test_a_child_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No more processes, no Python to start, or a machine in which a child is elsewhere."""
+    source = program.kernel_source()
+    device = devices()[0]
+    for executable in ("", str(tmp_path / "none")):
+        monkeypatch.setattr(sys, "executable", executable)
+        assert trial.tried(device, source, PLAIN)
+    monkeypatch.undo()
+    monkeypatch.setattr(trial, "identity", lambda device: ("another",))
+    assert trial.tried(device, source, PLAIN)
+
+
+@pytest.mark.parametrize("lanes", LANES)
+def test_the_child_makes_what_is_made_here(lanes: int) -> None:
+    features = Features(lanes, "robust", "bytes", False, False, False)
+    device = devices()[0]
+    binary = trial.tried(device, program.kernel_source(), features)
+    built = program.loaded(cl.Context([device]), device, binary)
+    assert built.get_info(cl.program_info.KERNEL_NAMES) == "render"
+
+
+def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
+    """A terminal sends it to both; here the parent alone gets it."""
+    code = (
+        "import signal, sys; from clrt import trial, program, pack\n"
+        "from clrt.device import devices\n"
+        "device = devices()[0]; print('ready', flush=True)\n"
+        "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "
+        "'float', True, False, False))"
+    )
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert parent.stdout is not None
+    assert parent.stdout.readline() == "ready\n"
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+    while not (found := children.read_text().split()):
+        pass
+    parent.send_signal(signal.SIGINT)
+    _, said = parent.communicate(timeout=20)
+    assert "KeyboardInterrupt" in said
+    for _ in range(100):
+        if not Path(f"/proc/{found[0]}").exists():
+            return
+        time.sleep(0.1)
+    pytest.fail("it lives")
+
+
+def test_picture_of_a_device_that_is_narrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = clrt.load_scene("four-spheres")
+    right = Renderer(lanes=4).render(scene, 33, 9)
+    monkeypatch.setattr("clrt.pocl.is_narrow", lambda device: True)
+    for precision, lanes in (("robust", 4), ("double", 2)):
+        with pytest.warns(DeviceWarning, match=f"16 lanes cannot be used, {lanes} are: PoCL"):
+            renderer = Renderer(precision=precision)
+        assert renderer.lanes == lanes
+    image = Renderer(lanes=4).render(scene, 33, 9)
+    assert np.array_equal(image, right)
