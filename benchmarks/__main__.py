@@ -2,7 +2,7 @@
 
 import click
 
-from benchmarks import accuracy, animation, peers, speed
+from benchmarks import accuracy, animation, peers, speed, targets
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -21,6 +21,7 @@ main.add_command(accuracy.command)
 main.add_command(animation.command)
 main.add_command(peers.command)
 main.add_command(speed.command)
+main.add_command(targets.command)
 
 if __name__ == "__main__":
     main()

@@ -386,6 +386,7 @@ def animate(
 @click.option("-v", "--verbose", is_flag=True, help="Say what a bug report needs.")
 def devices(verbose: bool) -> None:
     """Lists the OpenCL devices; the first is the default."""
+    from clrt import pocl
     from clrt.device import devices as found
     from clrt.device import label
 
@@ -395,6 +396,7 @@ def devices(verbose: bool) -> None:
             click.echo(
                 f"  platform  {device.platform.version.strip()}\n"
                 f"  device    {device.version.strip()}\n"
+                f"  CPU       {pocl.name_given(device) or 'as PoCL says'}\n"
                 f"  threads   {device.max_compute_units}\n"
                 f"  lanes     {device.native_vector_width_float} of float32, "
                 f"{device.native_vector_width_double} of float64\n"

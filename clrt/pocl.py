@@ -150,10 +150,19 @@ def name_cpu(device: "cl.Device") -> None:
         return
     _names[device.int_ptr] = None
     with suppress(LookupError, OSError):
-        name = cpu_name(device.native_vector_width_float)
-        # "OpenCL 3.0 PoCL HSTR: pthread-x86_64-unknown-linux-gnu-znver3"
-        _replace(device.int_ptr, device.version.split("-linux-gnu-")[1], name)
-        _names[device.int_ptr] = name
+        rename(device, cpu_name(device.native_vector_width_float))
+
+
+def rename(device: "cl.Device", name: str) -> None:
+    """Makes PoCL compile for that CPU, before it compiles at all.
+
+    Raises:
+        OSError, LookupError: it could not be done.
+    """
+    # "OpenCL 3.0 PoCL HSTR: pthread-x86_64-unknown-linux-gnu-znver3"
+    found = _names.get(device.int_ptr) or device.version.split("-linux-gnu-")[1]
+    _replace(device.int_ptr, found, name)
+    _names[device.int_ptr] = name
 
 
 def name_given(device: "cl.Device") -> str | None:

@@ -1,0 +1,85 @@
+"""CPUs that are not at hand, emulated: pictures equal to this one's, cold and warm."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.metrics import QUARTER_STEP
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not shutil.which("qemu-x86_64"), reason="apt-get install qemu-user"),
+]
+# Each way to be told a name that does not agree with PoCL's library: QEMU has no AVX-512, which it
+# masks of the servers, and `max` has no model that LLVM knows.
+CPUS = ("Nehalem", "Haswell", "EPYC-Milan", "Skylake-Server", "Icelake-Server", "max")
+PRECISIONS = ("robust", "double")  # with 16 lanes each, the default
+SIZE = (64, 36)
+
+
+def emulated(folder: Path, cpu: str, precision: str, python: bool = True) -> np.ndarray:
+    """What a CPU renders, and renders once more from its cache.
+
+    python: whether what clrt starts is emulated as well, for sys.executable is a script that
+        starts the emulator.
+    """
+    folder.mkdir(parents=True)
+    script = folder / "python"
+    real = str(Path(sys.executable).resolve())
+    words = ["qemu-x86_64", "-cpu", cpu, "-0", str(script) if python else real, real]
+    script.write_text(f'#!/bin/sh\nexec {" ".join(words)} "$@" 2> /dev/null\n')
+    script.chmod(0o755)
+    environment = {
+        **os.environ,
+        "PYTHONHOME": sys.base_prefix,
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        "XDG_CACHE_HOME": str(folder / "cache"),
+        "OCL_ICD_VENDORS": str(folder),  # the wheel's PoCL only
+    }
+    films = []
+    for name in ("cold.npy", "warm.npy"):
+        command = ["-m", "clrt", "render", "-o", name, "--precision", precision]
+        size = ["--width", str(SIZE[0]), "--height", str(SIZE[1])]
+        done = subprocess.run(
+            [str(script), *command, *size], cwd=folder, env=environment, timeout=300
+        )
+        assert done.returncode == 0
+        films.append(np.load(folder / name))
+    assert (films[0] == films[1]).all()
+    return films[0]
+
+
+@pytest.fixture(scope="module")
+def films(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[dict[tuple[str, str], "Future[np.ndarray]"]]:
+    """All of them under way, one on each core."""
+    folder = tmp_path_factory.mktemp("emulated")
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+        yield {
+            (cpu, precision): threads.submit(emulated, folder / cpu / precision, cpu, precision)
+            for cpu in CPUS
+            for precision in PRECISIONS
+        }
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("cpu", CPUS)
+def test_an_emulated_cpu_renders_the_same(films, cpu: str, precision) -> None:
+    native = clrt.render(clrt.load_scene("four-spheres"), *SIZE, precision=precision)
+    bound = QUARTER_STEP if precision == "robust" else 1e-6
+    assert abs(films[cpu, precision].result() - native).max() < bound
+
+
+def test_what_it_starts_is_not_emulated(tmp_path: Path) -> None:
+    native = clrt.render(clrt.load_scene("four-spheres"), *SIZE)
+    film = emulated(tmp_path / "a", "Haswell", "robust", python=False)
+    assert abs(film - native).max() < QUARTER_STEP
