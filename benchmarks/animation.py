@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 import clrt
 from benchmarks import harness
-from clrt import animation, video
+from clrt import animation
+from clrt.files import video
 from clrt.renderer import Renderer
 
 CRF = 18

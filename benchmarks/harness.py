@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from clrt.device import find_device
+from clrt.opencl.device import find_device
 from clrt.renderer import Renderer
 from clrt.scene import Scene
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import image
+from clrt.files import image
 from clrt.scene import Scene
 
 

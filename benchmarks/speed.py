@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
-from clrt import image
+from clrt.files import image
 from clrt.pack import LANES
 from clrt.renderer import Renderer
 from clrt.scene import Scene, Sphere

@@ -13,8 +13,8 @@ import numpy as np
 import clrt
 from benchmarks import harness
 from benchmarks.speed import many_spheres
-from clrt import pocl
-from clrt.device import find_device
+from clrt.opencl import pocl
+from clrt.opencl.device import find_device
 from clrt.pack import Precision
 from clrt.renderer import Renderer
 

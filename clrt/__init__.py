@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from clrt import reference
     from clrt.animation import animate
     from clrt.errors import ClrtError, DeviceError, OutputError, RequestError, SceneError
+    from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Key, Light, Material, Scene, Sphere
-    from clrt.scenefile import builtin_scenes, load_scene
 
 # Where each public name comes from. It is imported when it is first used, for the command line
 # needs little of it, and to import all takes as long as to render a 4K picture.
@@ -23,7 +23,7 @@ _HOMES = {
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene", "Sphere"),
-    "clrt.scenefile": ("builtin_scenes", "load_scene"),
+    "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
 }
 
 __all__ = [

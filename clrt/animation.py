@@ -12,10 +12,10 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt.device import check_process
 from clrt.errors import RequestError, SceneError
+from clrt.opencl.device import check_process
 from clrt.renderer import Renderer
-from clrt.scene import MOVING, Animation, Camera, Scene
+from clrt.scene import CAMERA_KEYS, Animation, Camera, Scene
 
 Array = NDArray[Any]
 
@@ -126,7 +126,7 @@ class Way:
         self._camera = scene.camera
         self._smooth = animation.interpolation == "smooth"
         self._at = np.array([key.frame for key in animation.keys], float)
-        self._values = {name: _values(scene, name) for name in MOVING}
+        self._values = {name: _values(scene, name) for name in CAMERA_KEYS}
         loop = all(np.array_equal(values[0], values[-1]) for values in self._values.values())
         self._slopes = {
             name: _slopes(self._at, values, loop) for name, values in self._values.items()

@@ -203,10 +203,10 @@ def render(
     started = time.perf_counter()
     from msgspec.structs import replace
 
-    from clrt.device import label
-    from clrt.image import check_apart, check_output, film_dtype, save
+    from clrt.files.image import check_apart, check_output, film_dtype, save
+    from clrt.files.scenefile import load_scene
+    from clrt.opencl.device import label
     from clrt.renderer import Renderer, check_region, check_size
-    from clrt.scenefile import load_scene
 
     output = output or Path(f"{Path(scene).stem}.png")
     left, top, right, bottom = check_region(region, *check_size(width, height))
@@ -335,9 +335,10 @@ def animate(
     from msgspec.structs import replace
     from tqdm import tqdm
 
-    from clrt import animation, image, video
+    from clrt import animation
+    from clrt.files import image, video
+    from clrt.files.scenefile import load_scene
     from clrt.renderer import Renderer
-    from clrt.scenefile import load_scene
 
     output = output or Path(f"{Path(scene).stem}.mp4")
     loaded = load_scene(scene)
@@ -366,7 +367,7 @@ def animate(
             rendered = animation.animate(
                 loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
             )
-        renderer.prepare(loaded, dtype)  # in this thread: clrt.pocl.signals_kept
+        renderer.prepare(loaded, dtype)  # in this thread: clrt.opencl.pocl.signals_kept
         with (
             closing(rendered),
             tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
@@ -386,9 +387,9 @@ def animate(
 @click.option("-v", "--verbose", is_flag=True, help="Say what a bug report needs.")
 def devices(verbose: bool) -> None:
     """Lists the OpenCL devices; the first is the default."""
-    from clrt import pocl
-    from clrt.device import devices as found
-    from clrt.device import label
+    from clrt.opencl import pocl
+    from clrt.opencl.device import devices as found
+    from clrt.opencl.device import label
 
     for device in found():
         click.echo(label(device))
@@ -423,7 +424,7 @@ def devices(verbose: bool) -> None:
 def check(scene: str) -> None:
     """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it."""
     from clrt import animation
-    from clrt.scenefile import load_scene
+    from clrt.files.scenefile import load_scene
 
     loaded = load_scene(scene)
     if loaded.animation is not None:
@@ -455,7 +456,8 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
     """
     import numpy as np
 
-    from clrt import image, memory, metrics
+    from clrt import memory, metrics
+    from clrt.files import image
 
     first, second = image.load(a), image.load(b)
     advice = "compare parts of them"

@@ -16,9 +16,8 @@ ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
 
 
 def folder(name: str) -> Path:
-    """The folder "kernels" or "scenes": inside the package in a wheel, beside it in a checkout."""
-    inside = Path(__file__).parent / name
-    return inside if inside.is_dir() else inside.parents[1] / name
+    """The folder "kernels" or "scenes"."""
+    return Path(__file__).parent / name
 
 
 def cache_folder() -> Path:

@@ -72,10 +72,10 @@ Near the surface of any other sphere |f|^2 - r^2 is off by up to 3 * 2^-24 r^2, 
 
 # Beyond these a larger value gives the same picture: the host takes it down to them, so that no
 # finite scene makes a kernel compute infinity - infinity or 0 * infinity.
-FLAT = 2.0**53  # a radius, in units of the scene's extent: a plane to the last bit of a float64
-FAR = 2.0**40  # a light's distance and the bias, in the same units
-BRIGHT = 2.0**50  # a colour: white is 1
-SHARP = 2.0**100  # an exponent
+MAX_RADIUS = 2.0**53  # in units of the scene's extent: a plane to the last bit of a float64
+MAX_DISTANCE = 2.0**40  # of a light, and the bias, in the same units
+MAX_COLOR = 2.0**50  # white is 1
+MAX_EXPONENT = 2.0**100
 
 COLORS = ("ambient", "diffuse", "specular")
 
@@ -91,7 +91,7 @@ def sphere_dtype(real: Real) -> np.dtype[Any]:
             ("c0", real),
             ("offset", real, 3),
             ("camera_c", real),
-            ("view", real, 4),
+            ("screen_bounds", real, 4),
             ("inv_radius", real),
             ("horizon", real),
             ("giant", np.int32),
@@ -161,13 +161,13 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     packed_materials = np.zeros(len(materials), material_dtype(real))
     shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
     with _overflow(precision):
-        packed_materials["exponent"] = [min(m.shininess / 8, SHARP) for m in materials]
+        packed_materials["exponent"] = [min(m.shininess / 8, MAX_EXPONENT) for m in materials]
         packed_materials["reflection"] = [m.reflection for m in materials]
         for color in COLORS:
             of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
             for k, light in enumerate(lights):
                 product = of_material * np.array(getattr(light, color), wide)
-                shades[color][k] = np.clip(product, -BRIGHT, BRIGHT)
+                shades[color][k] = np.clip(product, -MAX_COLOR, MAX_COLOR)
     index = {name: i for i, name in enumerate(scene.materials)}
     material_of = np.array([index[s.material] for s in scene.spheres], np.int32)
     return World(
@@ -227,20 +227,20 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     half = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
     eye_now = turned(eye.reshape(1, 3))
     if _has_long_lens(scene.camera) and not literal:
-        ahead = _start(center, radius, half * np.hypot(1, wide(height) / width))
+        ahead = _first_hit_ahead(center, radius, half * np.hypot(1, wide(height) / width))
         for points in (center, position, eye_now):
             points[:, 2] += ahead
     light_distance = np.linalg.norm(position, axis=1)
     extent = _extent(center, radius) or light_distance.max(initial=0) or wide(1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
-    bias = float(scale * min(scene.shadow_bias, FAR * extent))
+    bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
     camera = np.zeros(1, camera_dtype(real))
     lights = np.zeros(len(position), light_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
         camera["eye"] = scale * eye_now
-        nearer = 1 / np.maximum(light_distance / (FAR * extent), 1)
+        nearer = 1 / np.maximum(light_distance / (MAX_DISTANCE * extent), 1)
         lights["position"] = scale * nearer[:, np.newaxis] * position
         spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
         spheres["material"] = world.material_of
@@ -271,7 +271,7 @@ def _is_giant(center: Array, radius: Array) -> Array:
     return giant
 
 
-def _start(center: Array, radius: Array, corner: Any) -> Any:
+def _first_hit_ahead(center: Array, radius: Array, corner: Any) -> Any:
     """How far ahead of the camera rays can start: a little before the first hit.
 
     corner: the distance of the screen's corners from its middle.
@@ -309,7 +309,7 @@ def _pack_spheres(
     toward = np.where(giant, (distance - radius) / np.where(giant, distance, 1), 1)
     anchor = (toward[:, np.newaxis] * center).astype(real)
     offset = np.where(giant[:, np.newaxis], anchor - center, 0)
-    flat = np.minimum(radius, FLAT)
+    flat = np.minimum(radius, MAX_RADIUS)
 
     spheres = np.zeros(len(radius), sphere_dtype(real))
     spheres["anchor"] = anchor
@@ -318,7 +318,7 @@ def _pack_spheres(
     spheres["c0"] = above * (2 * flat + above)
     above = distance - radius  # the camera
     spheres["camera_c"] = above * (2 * flat + above)
-    spheres["view"] = _view(center, radius)
+    spheres["screen_bounds"] = _screen_bounds(center, radius)
     spheres["inv_radius"] = 1 / np.maximum(flat, np.finfo(real).tiny)
     # A point lifted by `bias` off its sphere sees a light past the sphere down to this cosine: the
     # paper's shadow test, without a sphere tested against its own rounding.
@@ -328,7 +328,7 @@ def _pack_spheres(
     return spheres
 
 
-def _view(center: Array, radius: Array) -> Array:
+def _screen_bounds(center: Array, radius: Array) -> Array:
     """Where each sphere can show on the screen one unit ahead: left, right, bottom, top, (n, 4).
 
     Along each axis a sphere lies between two angles as seen from the camera, which is at the

@@ -22,7 +22,7 @@ from clrt.scene import Scene
 Truth: TypeAlias = Literal["seed", "exact"]
 Array: TypeAlias = NDArray[Any]
 
-BAND = 1 << 16  # pixels traced at a time: what they need stays in the cache
+CHUNK_PIXELS = 1 << 16  # pixels traced at a time: what they need stays in the cache
 PRIME = np.uint32(16777619)
 
 
@@ -74,7 +74,7 @@ def trace(
     y = np.linspace(half * height / width, -half * height / width, height, dtype=tracer.dtype)
     image = np.zeros((height, width, 3), tracer.dtype)
     paths = np.zeros((height, width), np.uint32)
-    rows = max(1, BAND // width)
+    rows = max(1, CHUNK_PIXELS // width)
     for top in range(0, height, rows):
         band = slice(top, top + rows)
         grid_y, grid_x = np.meshgrid(y[band], x, indexing="ij")

@@ -14,18 +14,19 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import bands, memory, pack, pocl, program
-from clrt.device import check_process, find_device, label
+from clrt import memory, pack
 from clrt.errors import DeviceError, DeviceWarning, RequestError
+from clrt.files.scenefile import as_scene
+from clrt.opencl import bands, pocl, program
+from clrt.opencl.device import check_process, find_device, label
 from clrt.pack import LANES, PRECISIONS, Features, Film, Precision
 from clrt.scene import Scene
-from clrt.scenefile import as_scene
 
 if TYPE_CHECKING:
     import pyopencl as cl
 
 Region: TypeAlias = tuple[int, int, int, int]
-LARGEST = 1 << 24  # pixels of a row or a column that float32 can number
+MAX_SIDE = 1 << 24  # pixels of a row or a column that float32 can number
 
 
 class Renderer:
@@ -265,8 +266,8 @@ def check_size(width: int, height: int) -> tuple[int, int]:
         size = operator.index(width), operator.index(height)
     except TypeError:
         size = 0, 0
-    if not all(1 <= pixels <= LARGEST for pixels in size):
-        expected = f"1 to {LARGEST} pixels each way"
+    if not all(1 <= pixels <= MAX_SIDE for pixels in size):
+        expected = f"1 to {MAX_SIDE} pixels each way"
         raise RequestError(f"size: expected {expected}, got {width}x{height}")
     return size
 

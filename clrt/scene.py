@@ -166,12 +166,12 @@ class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         _count(self, "frame", 0, FRAMES)
-        _vectors(self, *(key for key in MOVING[:3] if getattr(self, key) is not None))
+        _vectors(self, *(key for key in CAMERA_KEYS[:3] if getattr(self, key) is not None))
         if self.fov is not None:
             _number(self, "fov", "a finite number", lambda fov: True)
 
 
-MOVING = ("position", "look_at", "up", "fov")
+CAMERA_KEYS = ("position", "look_at", "up", "fov")
 """What of a camera a key can give: three vectors and a number."""
 
 

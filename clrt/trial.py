@@ -1,10 +1,10 @@
 """Trials: a program is compiled and tried in a process of its own before it is trusted.
 
-A compiler can loop until memory is full, crash, or succeed with a wrong program (clrt/pocl.py says
-how), and no process can catch that in itself. So a child compiles under a bound of memory and time,
-renders a small picture of a scene that uses what the program was compiled for, compares it with the
-reference, and hands the binary back. It costs the first picture 0.4 s, for Python and its imports
-start once more (benchmarks/NOTES.md); a kept program costs nothing.
+A compiler can loop until memory is full, crash, or succeed with a wrong program (see
+clrt/opencl/pocl.py), and no process can catch that in itself. So a child compiles under a bound of
+memory and time, renders a small picture of a scene that uses what the program was compiled for,
+compares it with the reference, and hands the binary back. That costs the first picture 0.2 s,
+because Python and its imports start once more (benchmarks/NOTES.md). A kept program costs nothing.
 
 A limit set in this process would do with less, but where LLVM meets it, it aborts.
 """
@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
-from clrt import bands, metrics, pack, program, reference
-from clrt.device import devices, identity
+from clrt import metrics, pack, reference
 from clrt.errors import DeviceError
+from clrt.opencl import bands, program
+from clrt.opencl.device import devices, identity
 from clrt.scene import Camera, Light, Material, Scene, Sphere
 
 if TYPE_CHECKING:

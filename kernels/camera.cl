@@ -1,19 +1,19 @@
 // Camera: the ray through a pixel, and what it meets first.
 //
-// Camera space: the origin is the camera, x points right, y up and -z ahead. The host moves and turns
-// the scene into it before it rounds, so that float32 rounds distances from the camera and not from
-// the world's origin. Lengths are scaled by a power of two, see clrt/pack.py.
+// Camera space: the origin is the camera, x points right, y up and -z ahead. The host moves and
+// turns the scene into it before it rounds, so that float32 rounds distances from the camera and
+// not from the world's origin. Lengths are scaled by a power of two, see clrt/pack.py.
 //
 // The host defines LONG_LENS if what is seen may be far away against its size: the origin is then a
-// point ahead of the camera, just before what is seen, and rays start on the plane through it. A ray
-// from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its normals by
-// that.
+// point ahead of the camera, just before what is seen, and rays start on the plane through it. A
+// ray from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its
+// normals by that.
 
 // 28 bytes as float32, 48 as float64. The screen stands one unit ahead.
 typedef struct {
-    real step[2];    // half the distance of two neighbouring pixels of a row, of a column
-    real eye[3];     // where the camera stands: 0 but for LITERAL and LONG_LENS
-    int last[2];     // width - 1, height - 1, but at least 1
+    real step[2];  // half the distance of two neighbouring pixels of a row, of a column
+    real eye[3];   // where the camera stands: 0 but for LITERAL and LONG_LENS
+    int last[2];   // width - 1, height - 1, but at least 1
 } Camera;
 
 // A packet of camera rays: through (x, y, -1), x of each lane.
@@ -23,8 +23,9 @@ typedef struct {
 } Pixels;
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
-// (paper, section 11.1). 2 j - last is exact up to 2^24 pixels, so x and y are off by 2^-23 of themselves and the
-// picture is symmetric to the last bit; linspace of one number is its start, here as well.
+// (paper, section 11.1). 2 j - last is exact up to 2^24 pixels, so x and y are off by 2^-23 of
+// themselves and the picture is symmetric to the last bit; linspace of one number is its start,
+// here as well.
 static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     int first = 2 * column - camera->last[0];
     Pixels at;
@@ -44,8 +45,9 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     for (int s = 0; s < sphere_count; s++) {
         __global const Sphere *sphere = spheres + s;
         // The camera is not inside it, and it can show.
-        if (!((sphere->camera_c > 0) & (at.right >= sphere->view[0]) & (at.left <= sphere->view[1]) &
-              (at.y >= sphere->view[2]) & (at.y <= sphere->view[3])))
+        if (!((sphere->camera_c > 0) & (at.right >= sphere->screen_bounds[0]) &
+              (at.left <= sphere->screen_bounds[1]) & (at.y >= sphere->screen_bounds[2]) &
+              (at.y <= sphere->screen_bounds[3])))
             continue;
         real x = sphere->anchor[0], y = sphere->anchor[1], z = sphere->anchor[2];
         reals b, delta;

@@ -3,9 +3,9 @@
 // The host defines FILM_BYTES for interleaved 8-bit RGB, or FILM_PATHS for a hash of each pixel's
 // path; else pixels are interleaved float32 RGB, linear and not clipped.
 //
-// To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory by
-// swizzles: which pixel each element of the three vectors of a packet belongs to (THIRDS), and which
-// two pixels share each 32-bit word of its 3 * LANES bytes (LOW, HIGH).
+// To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory
+// by swizzles: which pixel each element of the three vectors of a packet belongs to (THIRDS), and
+// which two pixels share each 32-bit word of its 3 * LANES bytes (LOW, HIGH).
 
 #if LANES == 2
 #define THIRDS(take) {take(0, s00), take(1, s01), take(2, s11)}
@@ -47,6 +47,8 @@ static void expose(Vector color, ints path, __global channel *pixels, int count)
 
 typedef uchar channel;
 #define CHANNELS 3
+typedef LANES_OF(uint) uints;
+#define TO_UINTS(n) JOIN(convert_, LANES_OF(uint))(n)
 
 // round(255 clip(c)), ties to even. Adding 1.5 * 2^23 (2^52) rounds to an integer, in the low bits.
 static ints developed(reals c) {
@@ -60,11 +62,10 @@ static ints developed(reals c) {
 }
 
 static void expose(Vector color, ints path, __global channel *pixels, int count) {
-    LANES_OF(uint) rgb = JOIN(convert_, LANES_OF(uint))(
-        developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16);
+    uints rgb = TO_UINTS(developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16);
 #if LANES > 1
     // Four words 0bgr make three without the gaps.
-    LANES_OF(uint) part = JOIN(convert_, LANES_OF(uint))(LANE % 3 * 8);
+    uints part = TO_UINTS(LANE % 3 * 8);
     rgb = rgb.LOW >> part | rgb.HIGH << (24 - part);
 #endif
 #if LANES > 2
@@ -77,7 +78,7 @@ static void expose(Vector color, ints path, __global channel *pixels, int count)
         return;
     }
 #endif
-    __private LANES_OF(uint) all[1] = {rgb};
+    __private uints all[1] = {rgb};
     __private const uchar *each = (__private const uchar *)all;
     for (int i = 0; i < 3 * LANES && i < 3 * count; i++) pixels[i] = each[i];
 }
@@ -98,10 +99,8 @@ static void expose(Vector color, ints path, __global channel *pixels, int count)
 #else
     // Element i of the packet's 3 * LANES is channel i % 3 of pixel i / 3.
     LANES_OF(int) lane = JOIN(convert_, LANES_OF(int))(LANE);
-#define TAKE(k, pixel)                                \
-    ((lane + k * LANES) % 3 == 0   ? r.pixel          \
-     : (lane + k * LANES) % 3 == 1 ? g.pixel          \
-                                   : b.pixel)
+#define TAKE(k, pixel) \
+    ((lane + k * LANES) % 3 == 0 ? r.pixel : (lane + k * LANES) % 3 == 1 ? g.pixel : b.pixel)
     __private const LANES_OF(float) thirds[3] = THIRDS(TAKE);
     if (count >= LANES) {
         typedef LANES_OF(float) loose __attribute__((aligned(4)));

@@ -1,26 +1,27 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1. The other things that a scene may have or not are LONG_LENS (camera.cl) and
-// LIGHT_INSIDE (sphere.cl); everything else about it is run-time data.
+// max_depth is more than 1. The other things that a scene may have or not are LONG_LENS (camera.cl)
+// and LIGHT_INSIDE (sphere.cl); everything else about it is run-time data.
 
-// Most packets hit one sphere only, `first`: what the lanes need of it is loaded once for all of
+// Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, with its index in `s`, a
 // scalar, and with the lanes that hit it in `mine`. hit: indices, -1 in lanes that do not count.
-#define FOR_OTHER_HITS(s, mine, hit, first)                                                       \
-    for (ints mine, rest_ = PICK_INT(hit == first, -1, hit);                                      \
-         ANY(rest_ >= 0) && (s = GREATEST(rest_), mine = rest_ == s, true);                       \
+#define FOR_OTHER_HITS(s, mine, hit, common)                                \
+    for (ints mine, rest_ = PICK_INT(hit == common, -1, hit);               \
+         ANY(rest_ >= 0) && (s = GREATEST(rest_), mine = rest_ == s, true); \
          rest_ = PICK_INT(mine, -1, rest_))
 
 // FNV's prime: paths are hashed here as in clrt/reference.py.
-#define HASHED(mask, path, value) PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
+#define HASHED(mask, path, value) \
+    PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
 
-// film: this band of rows, width * CHANNELS each; its first pixel is (first_column, first_row) of the
-// picture, where a packet begins: first_column is a multiple of LANES. Global size: (packets of a row,
-// rounded up to whole work-groups; rows).
+// film: this band of rows, width * CHANNELS each; its first pixel is (first_column, first_row) of
+// the picture, where a packet begins: first_column is a multiple of LANES. Global size: (packets of
+// a row, rounded up to whole work-groups; rows).
 __kernel void render(__global channel *film, int first_row, int width, int first_column,
-                     int max_depth, real shadow_bias, __global const Camera *camera, int sphere_count,
-                     __global const Sphere *spheres, int material_count,
+                     int max_depth, real shadow_bias, __global const Camera *camera,
+                     int sphere_count, __global const Sphere *spheres, int material_count,
                      __global const Material *materials, int light_count,
                      __global const Light *lights, __global const Shade *shades,
                      __global const uchar *encloses) {
@@ -51,11 +52,11 @@ __kernel void render(__global channel *film, int first_row, int width, int first
     reals weight = 1;  // the product of the reflections so far
     ints path = 0;
     for (int depth = 1; ANY(hit.sphere >= 0); depth++) {
-        int first = hit.candidate;
-        Surface surface = surface_at(point, spheres + first, materials);
+        int common = hit.common;
+        Surface surface = surface_at(point, spheres + common, materials);
         ray.leaves = hit.sphere;
-        ray.all_leave = first;
-        FOR_OTHER_HITS(s, mine, hit.sphere, first) {
+        ray.all_leave = common;
+        FOR_OTHER_HITS(s, mine, hit.sphere, common) {
             surface = pick_surface(mine, surface_at(point, spheres + s, materials), surface);
             ray.all_leave = -1;
         }
@@ -77,8 +78,8 @@ __kernel void render(__global channel *film, int first_row, int width, int first
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
             ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon) &
-                       !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
-                                 sphere_count);
+                       !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count,
+                                 spheres, sphere_count);
 #ifdef FILM_PATHS
             path = HASHED(hit.sphere >= 0, path, PICK_INT(lit, 1, 0));
 #endif
@@ -86,11 +87,11 @@ __kernel void render(__global channel *film, int first_row, int width, int first
             reached |= lit;
             reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
             __global const Shade *shade = shades + k * material_count;
-            Vector light = blinn_phong(shade + spheres[first].material, diffuse, specular);
+            Vector light = blinn_phong(shade + spheres[common].material, diffuse, specular);
             ints lit_sphere = PICK_INT(lit, hit.sphere, -1);
-            FOR_OTHER_HITS(s, mine, lit_sphere, first) {
-                light = pick3(mine, blinn_phong(shade + spheres[s].material, diffuse, specular),
-                              light);
+            FOR_OTHER_HITS(s, mine, lit_sphere, common) {
+                light =
+                    pick3(mine, blinn_phong(shade + spheres[s].material, diffuse, specular), light);
             }
             color = pick3(lit, along(color, weight, light), color);
         }

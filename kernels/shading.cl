@@ -52,7 +52,8 @@ static reals power(reals cosine2, reals sine2, reals exponent) {
 }
 #else
 // As 2^(exponent log2(cosine2)), off by at most 2.5e-7 (tests/test_shading.py). The polynomials are
-// minimax fits, off by 2^-25 of log2 and 2^-26 of 2^g with coefficients rounded to float32. PoCL's own exp and log1p take thrice as long.
+// minimax fits, off by 2^-25 of log2 and 2^-26 of 2^g with coefficients rounded to float32. PoCL's
+// own exp and log1p take thrice as long.
 static reals power(reals cosine2, reals sine2, reals exponent) {
     // cosine2 = (1 + f) 2^k with 1 + f in [2/3, 4/3)
     ints bits = AS_INTS(cosine2);

@@ -5,21 +5,21 @@
 // delta = b^2 - c > 0 and both roots are positive, that is b < 0 and c > 0: a sphere cannot be seen
 // from inside.
 //
-// The host defines LITERAL for the paper's formula as it stands, in this precision, with every sphere
-// tested: the baseline that the rest is measured against. It makes no sphere a giant then.
+// The host defines LITERAL for the paper's formula as it stands, in this precision, with every
+// sphere tested: the baseline that the rest is measured against. It makes no sphere a giant then.
 
-// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space, see
-// camera.cl.
+// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space,
+// see camera.cl.
 typedef struct {
-    real anchor[3];   // a giant's surface point nearest the camera; else the centre
-    real c0;          // |offset|^2 - radius^2, from float64
-    real offset[3];   // anchor - centre
-    real camera_c;    // |centre|^2 - radius^2, from float64: c of a ray from the camera
-    real view[4];     // where it can show on the screen: left, right, bottom, top
-    real inv_radius;  // 1 / radius
-    real horizon;     // a light with N.L below this is hidden by the sphere that N stands on
-    int giant;        // 1: radius > 4 x the camera's distance from the surface
-    int material;     // index
+    real anchor[3];         // a giant's surface point nearest the camera; else the centre
+    real c0;                // |offset|^2 - radius^2, from float64
+    real offset[3];         // anchor - centre
+    real camera_c;          // |centre|^2 - radius^2, from float64: c of a ray from the camera
+    real screen_bounds[4];  // where it can show on the screen: left, right, bottom, top
+    real inv_radius;        // 1 / radius
+    real horizon;           // a light with N.L below this is hidden by the sphere that N stands on
+    int giant;              // 1: radius > 4 x the camera's distance from the surface
+    int material;           // index
 } Sphere;
 
 typedef struct {
@@ -34,15 +34,18 @@ typedef struct {
     reals b, c, delta;
 } Quadratic;
 
-// The split. A sphere is measured from its anchor A, with m = A - C, c0 = |m|^2 - r^2, g = o - A = f - m.
-// Let l = g - (g.d) d be the part of g across the ray, and e = l.(l + 2 m) + c0; then
+// The split. A sphere is measured from its anchor A, with m = A - C, c0 = |m|^2 - r^2 and
+// g = o - A = f - m. Let l = g - (g.d) d be the part of g across the ray, and
+// e = l.(l + 2 m) + c0; then
 //   b = g.d + m.d,   c = (g.d)(g.d + 2 m.d) + e,   delta = (m.d)^2 - e.
-// - delta is not b^2 - c, which loses the digits of r^2 against |f|^2 where a sphere is far against its
+// - delta is not b^2 - c, which loses the digits of r^2 against |f|^2 where a sphere is far against
+//   its
 //   radius. e does not: a silhouette is off by at most 4 * 2^-24 (|f| + r).
 // - Of a giant, whose radius is large against its distance from the camera, A is the surface point
 //   nearest the camera. |f|^2 - r^2 would be off by 2^-24 r of a distance to its surface, 5e-4 for
 //   r = 9000; with a small g a hit is off by at most 4 * 2^-24 (|g| + t).
-// - Of the others A = C, m = 0: delta = r^2 - |l|^2 (Haines et al., Ray Tracing Gems, 2019, chapter 7).
+// - Of the others A = C, m = 0: delta = r^2 - |l|^2 (Haines et al., Ray Tracing Gems, 2019,
+//   chapter 7).
 //   c = |f|^2 - r^2 is as good as (f.d)^2 - delta there, and does not need |d| = 1 to the last bit.
 // tests/test_rays.py holds these bounds against a million rays each.
 static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
@@ -90,7 +93,7 @@ static reals smaller_root(Quadratic q) {
 typedef struct {
     ints sphere;     // the index of the sphere hit first; -1: none
     reals distance;  // in units of the ray's direction
-    int candidate;   // if any lane hits, the sphere that was last found closer in any of them
+    int common;      // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
 
 static Hit no_hit(void) {
@@ -103,7 +106,7 @@ static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     ints mask = candidates & (distance < hit.distance);
     hit.sphere = PICK_INT(mask, s, hit.sphere);
     hit.distance = PICK(mask, distance, hit.distance);
-    if (ANY(mask)) hit.candidate = s;
+    if (ANY(mask)) hit.common = s;
     return hit;
 }
 
@@ -118,11 +121,11 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-// Whether some sphere stands between the ray's origin and the light, which is `distance` away. A light
-// outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff it is
-// beyond their middle, -b, half a chord from either. Which spheres the light is inside of, `encloses`,
-// the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t + c at the light
-// is off by 2^-24 distance^2.
+// Whether some sphere stands between the ray's origin and the light, which is `distance` away. A
+// light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff
+// it is beyond their middle, -b, half a chord from either. Which spheres the light is inside of,
+// `encloses`, the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t +
+// c at the light is off by 2^-24 distance^2.
 static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
                      __global const Sphere *spheres, int sphere_count) {
     ints hidden = 0;

@@ -6,7 +6,7 @@ import signal
 import pyopencl as cl
 import pytest
 
-from clrt.device import devices, label
+from clrt.opencl.device import devices, label
 from clrt.pack import LANES, Features, Precision
 from clrt.renderer import Renderer
 

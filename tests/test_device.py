@@ -3,8 +3,8 @@
 import pyopencl as cl
 import pytest
 
-from clrt.device import devices, find_device, label
 from clrt.errors import DeviceError
+from clrt.opencl.device import devices, find_device, label
 
 
 def test_the_first_is_the_default() -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from clrt import data, image
+from clrt import data
 from clrt.errors import OutputError, RequestError
+from clrt.files import image
 
 BYTES = np.random.default_rng(1).integers(0, 256, (20, 30, 3), np.uint8)
 FLOATS = np.random.default_rng(2).normal(0, 3, (20, 30, 3)).astype(np.float32)

@@ -21,7 +21,7 @@ def test_what_the_system_does_not_tell_is_no_limit(monkeypatch: pytest.MonkeyPat
 
 
 def test_require() -> None:
-    memory.require(memory.SMALL, "a film")
+    memory.require(memory.UNASKED_BYTES, "a film")
     with pytest.raises(OutputError, match=r"a film needs 1000000\.0 GB of memory and \d+\.\d GB"):
         memory.require(10**15, "a film")
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import pack
-from clrt.program import kernel_source
+from clrt.opencl.program import kernel_source
 
 STRUCTS = {
     "Camera": pack.camera_dtype,
@@ -118,7 +118,7 @@ def test_view_holds_what_a_sphere_shows_of_itself() -> None:
     random = np.random.default_rng(5)
     center = random.normal(0, 3, (2000, 3))
     radius = random.uniform(0.01, 4, 2000)
-    view = pack._view(center, radius)
+    view = pack._screen_bounds(center, radius)
     direction = random.normal(0, 1, (200, 2000, 3))
     direction /= np.linalg.norm(direction, axis=2, keepdims=True)
     point = center + radius[:, np.newaxis] * direction
@@ -131,14 +131,14 @@ def test_view_holds_what_a_sphere_shows_of_itself() -> None:
 
 
 @pytest.mark.parametrize("center", [(0.1, 0.2, 5.0), (-3.0, 0.0, 5.0), (0.0, -4.0, 4.5)])
-def test_nothing_behind_the_camera_is_in_view(center: tuple[float, float, float]) -> None:
-    left, right, bottom, top = pack._view(np.array([center]), np.array([1.0]))[0]
+def test_nothing_behind_the_camera_is_in_screen_bounds(center: tuple[float, float, float]) -> None:
+    left, right, bottom, top = pack._screen_bounds(np.array([center]), np.array([1.0]))[0]
     assert left == np.inf or right == -np.inf or bottom == np.inf or top == -np.inf
 
 
 def test_a_sphere_around_the_camera_is_in_view_everywhere() -> None:
     for center in ((0.0, 0.0, 0.0), (-1.0, 0.5, 1.0), (1.0, -2.0, -1.0)):
-        view = pack._view(np.array([center]), np.array([3.0]))[0]
+        view = pack._screen_bounds(np.array([center]), np.array([3.0]))[0]
         assert view.tolist() == [-np.inf, np.inf, -np.inf, np.inf]
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import clrt
-from clrt import pocl
+from clrt.opencl import pocl
 
 
 def test_the_environment_is_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,7 +60,7 @@ def test_the_cpus_name_is_what_library_and_cpu_have_in_common(
     monkeypatch: pytest.MonkeyPatch, width: int, lacks: str, name: str | None
 ) -> None:
     has = {feature: feature not in lacks.split() for feature in ALL}
-    monkeypatch.setattr("clrt.pocl._cpu_features", lambda: has)
+    monkeypatch.setattr("clrt.opencl.pocl._cpu_features", lambda: has)
     if name is None:
         with pytest.raises(LookupError):
             pocl.cpu_name(width)
@@ -69,7 +69,7 @@ def test_the_cpus_name_is_what_library_and_cpu_have_in_common(
 
 
 def test_a_numpy_that_knows_fewer_features(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clrt.pocl._cpu_features", lambda: {"AVX2": True, "FMA3": True})
+    monkeypatch.setattr("clrt.opencl.pocl._cpu_features", lambda: {"AVX2": True, "FMA3": True})
     assert pocl.cpu_name(8) == "haswell"
 
 

@@ -8,8 +8,8 @@ import pyopencl as cl
 import pytest
 
 import clrt
-from clrt import program
 from clrt.errors import DeviceError
+from clrt.opencl import program
 from clrt.renderer import Renderer
 
 
@@ -58,7 +58,7 @@ def test_a_pipe_in_the_cache_is_nothing_to_wait_for(tmp_path: Path) -> None:
 def test_the_cache_forgets_what_was_not_used_for_longest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("clrt.program.ROOM", 350)
+    monkeypatch.setattr("clrt.opencl.program.ROOM", 350)
     paths = [tmp_path / (f"{i}" * program.KEY_LENGTH) for i in range(4)]
     (tmp_path / "run-x").mkdir()
     for i, path in enumerate(paths[:3]):
@@ -81,5 +81,5 @@ def test_a_program_belongs_to_cpu_and_width(
 
     before = path()
     assert path() == before
-    monkeypatch.setattr("clrt.pocl.name_given", lambda device: "another")
+    monkeypatch.setattr("clrt.opencl.pocl.name_given", lambda device: "another")
     assert path() != before

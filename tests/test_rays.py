@@ -16,8 +16,8 @@ from conftest import options
 from numpy.typing import NDArray
 
 from clrt import pack
+from clrt.opencl.program import kernel_source
 from clrt.pack import Precision
-from clrt.program import kernel_source
 
 Array = NDArray[Any]
 

@@ -86,14 +86,14 @@ def test_8_bit_is_the_film_rounded(renderer: Renderer, name) -> None:
 def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = clrt.load_scene("four-spheres")
     whole = renderer.render(scene, 75, 40)
-    monkeypatch.setattr("clrt.bands.BAND", 75 * 7)
-    monkeypatch.setattr("clrt.bands.BAND_SECONDS", math.inf)
+    monkeypatch.setattr("clrt.opencl.bands.BAND_PIXELS", 75 * 7)
+    monkeypatch.setattr("clrt.opencl.bands.BAND_SECONDS", math.inf)
     rows: list[int] = []
-    monkeypatch.setattr("clrt.bands.FIRST_BAND", 64 * 75 * 2)
+    monkeypatch.setattr("clrt.opencl.bands.FIRST_BAND_TESTS", 64 * 75 * 2)
     assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
     assert rows == [2, 2, 2, 7, 7, 7, 7, 6]
     rows = []
-    monkeypatch.setattr("clrt.bands.BAND_SECONDS", 0.0)  # a slow device: row by row
+    monkeypatch.setattr("clrt.opencl.bands.BAND_SECONDS", 0.0)  # a slow device: row by row
     assert (renderer.render(scene, 75, 40, progress=rows.append) == whole).all()
     assert rows == [2, 2, 2, *34 * [1]]
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import clrt
 from clrt.data import folder
-from clrt.scenefile import parse_scene
+from clrt.files.scenefile import parse_scene
 
 GOOD = """
 max_depth = 3

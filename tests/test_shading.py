@@ -5,7 +5,7 @@ import pyopencl as cl
 import pytest
 from conftest import options, renderer_for
 
-from clrt.program import kernel_source
+from clrt.opencl.program import kernel_source
 
 KERNEL = """
 __kernel void powers(__global const LANES_OF(FLOATING) *cosine2,

@@ -13,9 +13,10 @@ import pyopencl as cl
 import pytest
 
 import clrt
-from clrt import pack, program, trial
-from clrt.device import devices
+from clrt import pack, trial
 from clrt.errors import DeviceError, DeviceWarning
+from clrt.opencl import program
+from clrt.opencl.device import devices
 from clrt.pack import LANES, PRECISIONS, Features
 from clrt.renderer import Renderer
 
@@ -76,7 +77,7 @@ def plant(monkeypatch: pytest.MonkeyPatch, cache: Path, code: str) -> None:
     """Makes a kernel that is wrong in some way for more than two lanes."""
     source = program.kernel_source()
     planted = source.replace("    expose(", f"#if LANES > 2\n{code}\n#endif\n    expose(")
-    monkeypatch.setattr("clrt.program.kernel_source", lambda: planted)
+    monkeypatch.setattr("clrt.opencl.program.kernel_source", lambda: planted)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
 
 
@@ -119,7 +120,7 @@ def test_the_command_says_so(tmp_path: Path) -> None:
 
 def test_none_works(device: cl.Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = program.kernel_source().replace("    expose(", "color.x = 1;\n    expose(")
-    monkeypatch.setattr("clrt.program.kernel_source", lambda: wrong)
+    monkeypatch.setattr("clrt.opencl.program.kernel_source", lambda: wrong)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(DeviceError, match=r"cannot be used: its compiler is wrong about"):
         Renderer(device=device, lanes=1).render(clrt.load_scene("four-spheres"), 9, 9)
@@ -178,7 +179,7 @@ def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
     """A terminal sends it to both; here the parent alone gets it."""
     code = (
         "import signal, sys; from clrt import trial, program, pack\n"
-        "from clrt.device import devices\n"
+        "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
         "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "
         "'float', True, False, False))"
@@ -204,7 +205,7 @@ def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
 def test_picture_of_a_device_that_is_narrow(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = clrt.load_scene("four-spheres")
     right = Renderer(lanes=4).render(scene, 33, 9)
-    monkeypatch.setattr("clrt.pocl.is_narrow", lambda device: True)
+    monkeypatch.setattr("clrt.opencl.pocl.is_narrow", lambda device: True)
     for precision, lanes in (("robust", 4), ("double", 2)):
         with pytest.warns(DeviceWarning, match=f"16 lanes cannot be used, {lanes} are: PoCL"):
             renderer = Renderer(precision=precision)

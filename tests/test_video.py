@@ -9,9 +9,9 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 import clrt
-from clrt import video
 from clrt.cli import main
 from clrt.errors import RequestError
+from clrt.files import video
 
 SMALL = ["--width", "48", "--height", "27"]
 

@@ -5,8 +5,8 @@ import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from clrt import pocl
 from clrt.errors import DeviceError
+from clrt.opencl import pocl
 
 if TYPE_CHECKING:
     import pyopencl as cl

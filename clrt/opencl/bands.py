@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 # there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
 # Up to three bands are under way at a time. A band has at most so many pixels, enough to cost
-# nothing (half or twice as many take as long). The first ones have as many as test FIRST_BAND
+# nothing (half or twice as many take as long). The first ones have as many as test FIRST_BAND_TESTS
 # spheres, and what a band takes says how many rows a next one can have, GROWTH times as many at
 # most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
-BAND, FIRST_BAND = 1 << 20, 1 << 25
+BAND_PIXELS, FIRST_BAND_TESTS = 1 << 20, 1 << 25
 SPHERES_PER_PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
 BAND_SECONDS, GROWTH = 0.1, 4
 
@@ -55,7 +55,7 @@ def fill(
     )
     items = -(-columns // (GROUP * lanes)) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
-    rows = max(FIRST_BAND // tests, 1)
+    rows = max(FIRST_BAND_TESTS // tests, 1)
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
     # empty while the host waits for the band before.
@@ -72,7 +72,7 @@ def fill(
         if progress is not None:
             progress(band_rows)
         fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
-        return max(int(min(fitting, BAND / columns)), 1)
+        return max(int(min(fitting, BAND_PIXELS / columns)), 1)
 
     try:
         begun = 0

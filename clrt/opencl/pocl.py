@@ -98,8 +98,8 @@ def run_folder() -> Path:
     """The folder where PoCL keeps what this process compiles.
 
     PoCL's own cache, ~/.cache/pocl, is never read: a file in it that was cut short ends the
-    process ("file too short"), before anything can be said. clrt/program.py keeps programs for the
-    next process, and checks them.
+    process ("file too short"), before anything can be said. clrt/opencl/program.py keeps programs
+    for the next process, and checks them.
     """
     global _run_folder
     if _run_folder is None:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import image, memory
+from clrt import memory
 from clrt.errors import RequestError
+from clrt.files import image
 
 Frames = Iterable[NDArray[np.uint8]]
 

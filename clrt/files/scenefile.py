@@ -13,7 +13,7 @@ from clrt.errors import SceneError
 from clrt.scene import Material, Scene
 
 T = TypeVar("T")
-LARGEST = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
+MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
 
 # tomllib takes a time that grows with the square of a dotted key's parts.
 PARTS = 50
@@ -74,9 +74,9 @@ def _read(path: Path) -> bytes:
     file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     os.set_blocking(file, True)
     with open(file, "rb") as opened:
-        text = opened.read(LARGEST + 1)
-    if len(text) > LARGEST:
-        raise ValueError(f"expected at most {LARGEST >> 20} MB of TOML")
+        text = opened.read(MAX_FILE_BYTES + 1)
+    if len(text) > MAX_FILE_BYTES:
+        raise ValueError(f"expected at most {MAX_FILE_BYTES >> 20} MB of TOML")
     return text
 
 

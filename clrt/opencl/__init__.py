@@ -1,0 +1,1 @@
+"""OpenCL, and nothing of scenes: devices, PoCL, programs, and a kernel over a film."""
