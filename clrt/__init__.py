@@ -7,10 +7,20 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+__version__: str
+
 if TYPE_CHECKING:
     from clrt import reference
     from clrt.animation import animate
-    from clrt.errors import ClrtError, DeviceError, OutputError, RequestError, SceneError
+    from clrt.errors import (
+        ClrtError,
+        DeviceError,
+        DeviceWarning,
+        OutputError,
+        RequestError,
+        SceneError,
+    )
+    from clrt.files.image import save
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Key, Light, Material, Scene, Sphere
@@ -19,7 +29,15 @@ if TYPE_CHECKING:
 # needs little of it, and to import all takes as long as to render a 4K picture.
 _HOMES = {
     "clrt.animation": ("animate",),
-    "clrt.errors": ("ClrtError", "DeviceError", "OutputError", "RequestError", "SceneError"),
+    "clrt.errors": (
+        "ClrtError",
+        "DeviceError",
+        "DeviceWarning",
+        "OutputError",
+        "RequestError",
+        "SceneError",
+    ),
+    "clrt.files.image": ("save",),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene", "Sphere"),
@@ -31,6 +49,7 @@ __all__ = [
     "Camera",
     "ClrtError",
     "DeviceError",
+    "DeviceWarning",
     "Key",
     "Light",
     "Material",
@@ -45,10 +64,13 @@ __all__ = [
     "load_scene",
     "reference",
     "render",
+    "save",
 ]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return importlib.import_module("importlib.metadata").version("clrt")
     for home, names in _HOMES.items():
         if name in names:
             module = importlib.import_module(home)

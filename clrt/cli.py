@@ -49,7 +49,7 @@ class Commands(click.Group):
             import traceback
 
             file, line, *_ = traceback.extract_tb(error.__traceback__)[-1]
-            said = f"a bug, please report it with 'clrt devices -v': {error!r} in {file}:{line}"
+            said = f"this is a bug in clrt: {error!r} in {file}:{line}"
             status = 1
         say(f"clrt: {said}")
         sys.exit(status)

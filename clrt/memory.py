@@ -23,7 +23,7 @@ CGROUPS = {
 UNASKED_BYTES = 1 << 27
 
 
-def require(size: int, what: str, advice: str = "render it in parts (--region) or smaller") -> None:
+def require(size: int, what: str, advice: str = "render it in parts or smaller") -> None:
     """Says so if there is no room for `size` bytes more.
 
     Linux grants memory that is not there and kills who uses it, so that nobody could say anything.

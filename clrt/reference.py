@@ -1,6 +1,9 @@
 """The truth: the paper's algorithm in float64 NumPy, to check the kernel against.
 
-Two truths (README, "How accurate?"):
+The paper is Antonio Sirignano, "Lighting and Shading: il modello del Ray Tracing". Its own source
+for the program is Omar Aflak, "Ray Tracing From Scratch in Python" (2020).
+
+Two truths (docs/accuracy.md):
 
 - ``"seed"``: the paper to the letter. A hit point is lifted off its surface by the scene's
   ``shadow_bias`` along the normal, and the sphere it lies on is tested like any other.
@@ -17,6 +20,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from clrt.errors import RequestError
 from clrt.scene import Scene
 
 Truth: TypeAlias = Literal["seed", "exact"]
@@ -28,18 +32,15 @@ PRIME = np.uint32(16777619)
 
 @dataclass(frozen=True)
 class Trace:
-    """A picture and how it came about.
-
-    Attributes:
-        image: (height, width, 3), linear, not clipped.
-        paths: (height, width) uint32. A hash of the spheres that a pixel's path hits and of the
-            lights that reach each hit: where two differ the paths have parted (a flip).
-        rays: how many were cast: from the camera, to lights, reflected.
-    """
+    """A picture and how it came about."""
 
     image: Array
+    """(height, width, 3), linear, not clipped."""
     paths: NDArray[np.uint32]
+    """(height, width). A hash of the spheres that a pixel's path hits and of the lights that reach
+    each hit: where two differ the paths have parted (a flip)."""
     rays: int
+    """How many were cast: from the camera, to lights, reflected."""
 
 
 def render(
@@ -65,7 +66,7 @@ def trace(
     dtype: np.longdouble where float64 itself is in doubt.
     """
     if truth not in ("seed", "exact"):
-        raise ValueError(f"truth: expected 'seed' or 'exact', got {truth!r}")
+        raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     half = np.tan(np.radians(np.asarray(scene.camera.fov, tracer.dtype)) / 2)
     if scene.camera.fov == 90:

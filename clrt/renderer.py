@@ -67,7 +67,7 @@ class Renderer:
         self.precision = precision
         self.real = PRECISIONS[precision]
         if self.real is np.float64 and device.native_vector_width_double == 0:
-            raise DeviceError(f"{label(device)} has no float64: use --precision robust")
+            raise DeviceError(f"{label(device)} has no float64, which precision double needs")
         self.lanes = lanes or default_lanes(device)
         widest = pocl.NARROW // np.dtype(self.real).itemsize
         if pocl.is_narrow(device) and self.lanes > widest:
@@ -292,11 +292,20 @@ def check_region(region: Region | None, width: int, height: int) -> Region:
 
 
 def render(
-    scene: Scene | str | Path, width: int, height: int, **options: Any
-) -> NDArray[np.float32]:
-    """Renders one picture: float32 (height, width, 3), linear, not clipped.
+    scene: Scene | str | Path,
+    width: int,
+    height: int,
+    *,
+    dtype: DTypeLike = np.float32,
+    region: Region | None = None,
+    precision: Precision = "robust",
+    lanes: int | None = None,
+    device: "str | cl.Device | None" = None,
+    threads: int | None = None,
+) -> NDArray[Any]:
+    """Renders one picture, see Renderer and its render().
 
-    options: as for Renderer. For more than one picture keep a Renderer, which compiles once.
+    For more than one picture keep a Renderer, which compiles once.
     """
-    with Renderer(**options) as renderer:
-        return renderer.render(scene, width, height)
+    with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
+        return renderer.render(scene, width, height, dtype=dtype, region=region)

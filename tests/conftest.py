@@ -1,11 +1,20 @@
-"""Renderers for every OpenCL device found, each compiled once for the whole run."""
+"""Renderers for every OpenCL device found, kernels run alone, pictures that fail kept."""
 
 import functools
 import signal
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pyopencl as cl
 import pytest
+from numpy.typing import NDArray
 
+from clrt import metrics
+from clrt.files.image import save
+from clrt.opencl import program
 from clrt.opencl.device import devices, label
 from clrt.pack import LANES, Features, Precision
 from clrt.renderer import Renderer
@@ -23,6 +32,50 @@ def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust")
 def options(lanes: int, precision: Precision = "robust", light_inside: bool = False) -> list[str]:
     """The compiler's, for a program with the kernels' functions in it."""
     return Features(lanes, precision, "float", False, False, light_inside).options
+
+
+@functools.cache
+def _kernels(device: cl.Device, code: str, options: tuple[str, ...]) -> dict[str, cl.Kernel]:
+    source = program.kernel_source() + code
+    built = cl.Program(cl.Context([device]), source).build(options=list(options))
+    return {kernel.function_name: kernel for kernel in built.all_kernels()}
+
+
+def run_kernel(
+    device: cl.Device,
+    code: str,
+    name: str,
+    options: Sequence[str],
+    size: int,
+    inputs: Sequence[NDArray[Any]],
+    output: NDArray[Any],
+    *more: NDArray[Any],
+) -> None:
+    """Runs a kernel that a test adds to clrt's: kernel(inputs..., output, more...).
+
+    size: how many work-items.
+    """
+    kernel = _kernels(device, code, tuple(options))[name]
+    queue = cl.CommandQueue(kernel.context)
+    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+
+    def buffer(array: NDArray[Any]) -> cl.Buffer:
+        return cl.Buffer(kernel.context, flags, hostbuf=np.ascontiguousarray(array))
+
+    found = cl.Buffer(kernel.context, cl.mem_flags.WRITE_ONLY, output.nbytes)
+    kernel(queue, (size,), None, *map(buffer, inputs), found, *map(buffer, more))
+    cl.enqueue_copy(queue, output, found)
+
+
+def kept(image: NDArray[Any], truth: NDArray[Any]) -> str:
+    """Leaves a picture that fails, its truth and a map of their difference; says where."""
+    folder = Path(tempfile.mkdtemp(prefix="clrt-failed-"))
+    error = metrics.heatmap(metrics.pixel_error(image, truth))
+    for name, picture in (("image", image), ("truth", truth), ("error", error)):
+        save(folder / f"{name}.npy", picture.astype(np.float32))
+        byte = np.rint(255 * np.clip(np.nan_to_num(picture, nan=1.0), 0, 1)).astype(np.uint8)
+        save(folder / f"{name}.png", byte)
+    return f"see {folder}"
 
 
 @pytest.fixture(params=DEVICES, ids=label, scope="session")

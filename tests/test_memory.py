@@ -1,6 +1,7 @@
 """What does not fit is said."""
 
 import resource
+from pathlib import Path
 
 import pytest
 
@@ -9,14 +10,14 @@ from clrt.errors import OutputError
 
 
 def test_available_is_between_what_numpy_takes_and_the_machines_memory() -> None:
-    total = memory._fields(memory.Path("/proc/meminfo"))["MemTotal:"] * 1024
+    total = memory._fields(Path("/proc/meminfo"))["MemTotal:"] * 1024
     assert 1e8 < memory.available() < total
 
 
 def test_what_the_system_does_not_tell_is_no_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "_fields", lambda path: {})
     assert memory.available() > 10**15
-    monkeypatch.setattr(memory.Path, "read_text", lambda path: memory.Path("none").read_bytes())
+    monkeypatch.setattr(Path, "read_text", lambda path: Path("none").read_bytes())
     memory.require(10**15, "a film")
 
 
@@ -28,7 +29,7 @@ def test_require() -> None:
 
 def test_a_limit_counts() -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    used = memory._fields(memory.Path("/proc/self/status"))["VmSize:"] * 1024
+    used = memory._fields(Path("/proc/self/status"))["VmSize:"] * 1024
     resource.setrlimit(resource.RLIMIT_AS, (used + 10**8, hard))
     try:
         assert 5e7 < memory.available() <= 10**8

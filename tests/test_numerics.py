@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import renderer_for
+from conftest import kept, renderer_for
 from hard_cases import CASES, HardCase, plane
 from hypothesis import assume, given, settings
 
@@ -56,7 +56,7 @@ def faults(case: HardCase, image: np.ndarray) -> list[str]:
         found.append(f"{flipped.sum()} flips")
     if worst > case.error:
         found.append(f"off by {worst:.2g}")
-    return found
+    return found and [*found, kept(image, trace.image)]
 
 
 # The case is the slowest to change: one truth serves all.

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import options
+from conftest import options, run_kernel
 from msgspec.structs import replace
 
 import clrt
@@ -40,15 +40,9 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
     expected = []
     for dtype in (make(pack.PRECISIONS[precision]) for make in STRUCTS.values()):
         expected.append(dtype.itemsize)
-        expected += [dtype.fields[field][1] for field in dtype.names]
-    context = cl.Context([device])
-    queue = cl.CommandQueue(context)
-    program = cl.Program(context, kernel_source() + layout_kernel())
-    program.build(options=options(1, precision))
+        expected += [offset for _, offset, *_ in (dtype.fields or {}).values()]
     found = np.zeros(len(expected), np.int32)
-    buffer = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, found.nbytes)
-    program.layout(queue, (1,), None, buffer)
-    cl.enqueue_copy(queue, found, buffer)
+    run_kernel(device, layout_kernel(), "layout", options(1, precision), 1, (), found)
     assert found.tolist() == expected
 
 

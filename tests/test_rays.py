@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import options
+from conftest import options, run_kernel
 from numpy.typing import NDArray
 
 from clrt import pack
-from clrt.opencl.program import kernel_source
 from clrt.pack import Precision
 
 Array = NDArray[Any]
@@ -109,14 +108,11 @@ class Prober:
     """Runs the test kernels in one precision and with one number of lanes."""
 
     def __init__(self, device: cl.Device, precision: Precision, lanes: int) -> None:
-        self.real = pack.PRECISIONS[precision]
+        self.real: Any = pack.PRECISIONS[precision]
         self.u = np.finfo(self.real).eps / 2
         self.lanes = lanes
-        self.context = cl.Context([device])
-        self.queue = cl.CommandQueue(self.context)
-        program = cl.Program(self.context, kernel_source() + KERNELS)
-        program.build(options=options(lanes, precision, light_inside=True))
-        self.kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
+        self.device = device
+        self.options = options(lanes, precision, light_inside=True)
 
     def run(
         self,
@@ -140,15 +136,9 @@ class Prober:
             self.real,
         )
         found = np.empty((n, 3 if name == "leave" else 1, PACKET), self.real)
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-        inputs = [
-            cl.Buffer(self.context, flags, hostbuf=np.ascontiguousarray(array))
-            for array in (spheres, rays, np.zeros(1) if encloses is None else encloses)
-        ]
-        extra = [inputs.pop()][: encloses is not None]
-        output = cl.Buffer(self.context, cl.mem_flags.WRITE_ONLY, found.nbytes)
-        self.kernels[name](self.queue, (n * PACKET // self.lanes,), None, *inputs, output, *extra)
-        cl.enqueue_copy(self.queue, found, output)
+        more = [] if encloses is None else [encloses]
+        size = n * PACKET // self.lanes
+        run_kernel(self.device, KERNELS, name, self.options, size, (spheres, rays), found, *more)
         return found.transpose(1, 0, 2)
 
 
@@ -187,7 +177,7 @@ def decades(rng: np.random.Generator, low: float, high: float, *shape: int) -> A
     return 10 ** rng.uniform(low, high, shape)
 
 
-def close(rng: np.random.Generator, u: float, *shape: int) -> Array:
+def close(rng: np.random.Generator, u: Any, *shape: int) -> Array:
     """Numbers from -1 to 1, as many of each decade from u up."""
     return decades(rng, np.log10(u), 0, *shape) * rng.choice([-1, 1], shape)
 
@@ -373,7 +363,7 @@ def test_shadows(prober: Prober) -> None:
     ],
 )
 def test_single_rays(prober: Prober, center, radius, origin, hit) -> None:
-    real = prober.real
+    real: Any = prober.real
     if isinstance(radius, str):
         radius = np.nextafter(real(0.5), real(1))
     rays = np.zeros((3, 1, PACKET), real)

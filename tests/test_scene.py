@@ -1,5 +1,8 @@
 """Scenes built in Python check themselves."""
 
+# What is refused, and sequences that are taken, have other types than the fields.
+# mypy: disable-error-code="arg-type, dict-item"
+
 import math
 
 import msgspec
@@ -31,7 +34,7 @@ def test_is_frozen() -> None:
         (lambda: clrt.Sphere((0, 0, 0), 0, "red"), "radius: expected a finite number above 0"),
         (lambda: clrt.Sphere((0, 0, 0), math.inf, "red"), "radius"),
         (lambda: clrt.Sphere((0, math.nan, 0), 1, "red"), "center"),
-        (lambda: clrt.Sphere((0, 0), 1, "red"), "center: expected three"),  # type: ignore
+        (lambda: clrt.Sphere((0, 0), 1, "red"), "center: expected three"),
         (lambda: clrt.Light((0, 0, -math.inf)), "position"),
         (lambda: msgspec.structs.replace(RED, reflection=1.5), "reflection"),
         (lambda: msgspec.structs.replace(RED, shininess=-1.0), "shininess"),

@@ -152,8 +152,12 @@ def test_a_pipe_is_waited_for_only_if_somebody_writes(tmp_path: Path) -> None:
     with pytest.raises(clrt.SceneError, match="camera: expected a value, got none"):
         clrt.load_scene(pipe)
     reading, writing = os.pipe()
-    writer = threading.Timer(0.3, lambda: (os.write(writing, GOOD.encode()), os.close(writing)))
-    writer.start()
+
+    def write() -> None:
+        os.write(writing, GOOD.encode())
+        os.close(writing)
+
+    threading.Timer(0.3, write).start()
     assert clrt.load_scene(f"/dev/fd/{reading}") == parse_scene(GOOD)
     os.close(reading)
 

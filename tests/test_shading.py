@@ -1,11 +1,13 @@
 """The highlight's power, alone, against long double."""
 
+from typing import Any
+
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import options, renderer_for
+from conftest import options, run_kernel
 
-from clrt.opencl.program import kernel_source
+from clrt.pack import PRECISIONS
 
 KERNEL = """
 __kernel void powers(__global const LANES_OF(FLOATING) *cosine2,
@@ -23,25 +25,21 @@ def test_power(device: cl.Device, lanes: int, precision, bound: float) -> None:
     """A million pairs of angle and exponent: angles from 1e-6 to a right one, exponents to 1e6."""
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
-    renderer = renderer_for(device, lanes, precision)
+    real: Any = PRECISIONS[precision]
     random = np.random.default_rng(7)
     angle = 10 ** random.uniform(-6, np.log10(np.pi / 2), 1 << 20)
-    sine2 = (np.sin(angle) ** 2).astype(renderer.real)
-    cosine2 = (np.cos(angle) ** 2).astype(renderer.real)
-    exponent = (10 ** random.uniform(-2, 6, 1 << 20)).astype(renderer.real)
+    sine2 = (np.sin(angle) ** 2).astype(real)
+    cosine2 = (np.cos(angle) ** 2).astype(real)
+    exponent = (10 ** random.uniform(-2, 6, 1 << 20)).astype(real)
     exponent[::100] = 0
-    context = cl.Context([device])
-    queue = cl.CommandQueue(context)
-    program = cl.Program(context, kernel_source() + KERNEL).build(options=options(lanes, precision))
-    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-    inputs = [cl.Buffer(context, flags, hostbuf=a) for a in (cosine2, sine2, exponent)]
     found = np.empty_like(sine2)
-    output = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, found.nbytes)
-    program.powers(queue, (found.size // lanes,), None, *inputs, output)
-    cl.enqueue_copy(queue, found, output)
+    inputs = (cosine2, sine2, exponent)
+    run_kernel(
+        device, KERNEL, "powers", options(lanes, precision), found.size // lanes, inputs, found
+    )
 
     wide = np.longdouble
-    near = sine2 < 0.3
+    near: Any = sine2 < 0.3
     log = np.where(
         near, np.log1p(-np.where(near, sine2, 0).astype(wide)), np.log(cosine2.astype(wide))
     )

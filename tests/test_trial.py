@@ -206,7 +206,8 @@ def test_picture_of_a_device_that_is_narrow(monkeypatch: pytest.MonkeyPatch) -> 
     scene = clrt.load_scene("four-spheres")
     right = Renderer(lanes=4).render(scene, 33, 9)
     monkeypatch.setattr("clrt.opencl.pocl.is_narrow", lambda device: True)
-    for precision, lanes in (("robust", 4), ("double", 2)):
+    cases: list[tuple[pack.Precision, int]] = [("robust", 4), ("double", 2)]
+    for precision, lanes in cases:
         with pytest.warns(DeviceWarning, match=f"16 lanes cannot be used, {lanes} are: PoCL"):
             renderer = Renderer(precision=precision)
         assert renderer.lanes == lanes

@@ -1,6 +1,7 @@
 """Each format read back: frames, size, speed; and nothing half written."""
 
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -53,7 +54,7 @@ def test_mp4(run, tmp_path: Path, size: tuple[int, int]) -> None:
 def test_moving_pictures(run, suffix: str) -> None:
     assert run("-o", f"a{suffix}", "--frames", "0-19", "--step", "2", *SMALL).exit_code == 0
     with Image.open(f"a{suffix}") as file:
-        assert file.n_frames == 10
+        assert file.n_frames == 10  # type: ignore[attr-defined]
         assert file.size == (48, 27)
         first = np.asarray(file.convert("RGB"), int)
         file.seek(1)
@@ -88,7 +89,7 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
 ) -> None:
     from clrt import animation
 
-    def interrupted(*words: object, **options: object):
+    def interrupted(*words: Any, **options: Any):
         yield from list(real(*words, **options))[:3]
         raise KeyboardInterrupt
 
@@ -142,7 +143,7 @@ def test_a_gif_plays_as_fast_as_it_says(tmp_path: Path) -> None:
     video.save(tmp_path / "a.gif", (np.full((8, 8, 3), 5 * k, np.uint8) for k in shades), 24, 18)
     with Image.open(tmp_path / "a.gif") as gif:
         durations = []
-        for k in range(gif.n_frames):
+        for k in range(gif.n_frames):  # type: ignore[attr-defined]
             gif.seek(k)
             durations.append(gif.info["duration"])
     assert sum(durations) == 2000

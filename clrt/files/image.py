@@ -51,10 +51,9 @@ def check_output(path: Path, width: int, height: int) -> None:
             file cannot be there.
         OutputError: film and format do not fit into memory.
     """
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise RequestError(f"{path}: expected a name that ends in one of {' '.join(SUFFIXES)}")
+    check_suffix(path)
     check_file(path)
+    suffix = path.suffix.lower()
     needed = 12  # bytes a pixel of a float film, which is written as it is
     if suffix in BYTE_FORMATS:
         form = BYTE_FORMATS[suffix]
@@ -63,6 +62,16 @@ def check_output(path: Path, width: int, height: int) -> None:
             raise RequestError(f"{path}: {suffix} has no more than {form.pixels} pixels: use .png")
         needed = 3 + form.memory
     memory.require(needed * width * height, f"{path}: a picture of {width}x{height}")
+
+
+def check_suffix(path: Path) -> None:
+    """Finds out whether the suffix names a format.
+
+    Raises:
+        RequestError: it does not.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise RequestError(f"{path}: expected a name that ends in one of {' '.join(SUFFIXES)}")
 
 
 def check_sides(path: Path, width: int, height: int, largest: int) -> None:
@@ -114,12 +123,22 @@ def film_dtype(path: Path) -> type[np.uint8] | type[np.float32]:
     return np.uint8 if path.suffix.lower() in BYTE_FORMATS else np.float32
 
 
-def save(path: Path, film: NDArray[Any]) -> None:
-    """Writes a film: (height, width, 3) of film_dtype(path).
+def save(path: str | Path, film: NDArray[Any]) -> None:
+    """Writes a film to a file, whole or not at all. The suffix chooses the format.
+
+    Args:
+        film: (height, width, 3): uint8 for .png .jpg .webp .tif .bmp .ppm, float32 for .npy .pfm.
 
     Raises:
+        RequestError: the film is not for this suffix, or the file cannot be there.
         OutputError: it could not be written, or the format cannot hold it.
     """
+    path, film = Path(path), np.asarray(film)
+    check_suffix(path)
+    check_file(path)
+    if film.ndim != 3 or film.shape[2] != 3 or film.dtype != film_dtype(path):
+        expected = f"{np.dtype(film_dtype(path))} of shape (height, width, 3)"
+        raise RequestError(f"{path}: expected {expected}, got {film.dtype} of {film.shape}")
     write = _write_bytes if film.dtype == np.uint8 else _WRITE_FLOATS[path.suffix.lower()]
     with written_whole(path) as beside, beside.open("wb") as file:
         write(file, path.suffix.lower(), film)

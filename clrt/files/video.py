@@ -61,7 +61,7 @@ def check_output(path: Path, width: int, height: int, frames: int, fps: float) -
         raise RequestError(f"{path}: .gif has from 1/655 to 50 frames a second, not {fps:g}")
     if path.suffix.lower() in PICTURES:
         needed = (16 + 10 * frames) * width * height  # measured, as for .mp4
-        memory.require(needed, what, "take .mp4, fewer --frames, or smaller ones")
+        memory.require(needed, what, "take .mp4, fewer frames or smaller ones")
     else:
         if (width + 128) * (height + 128) >= 2**28:  # FFmpeg's
             raise RequestError(f"{path}: .mp4 has no frames as large as {width}x{height}")
@@ -69,7 +69,7 @@ def check_output(path: Path, width: int, height: int, frames: int, fps: float) -
         try:
             import av  # noqa: F401
         except ImportError:
-            raise RequestError(f"{path}: .mp4 needs PyAV: pip install 'clrt[video]'") from None
+            raise RequestError(f"{path}: .mp4 needs PyAV: pip install av") from None
 
 
 def save(path: Path, frames: Frames, fps: float, crf: int) -> None:

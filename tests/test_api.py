@@ -1,0 +1,48 @@
+"""What `import clrt` gives, and that what the README and examples/ say runs."""
+
+import re
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+import clrt
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def test_every_public_name_is_there() -> None:
+    assert clrt.__all__ == sorted(clrt.__all__)
+    for name in clrt.__all__:
+        assert getattr(clrt, name) is not None
+    assert clrt.__version__ == version("clrt")
+    with pytest.raises(AttributeError):
+        clrt.nothing_of_the_kind  # noqa: B018
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_what_a_page_says_runs(page: Path, tmp_path: Path, monkeypatch) -> None:
+    """All its Python, one block after the other."""
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+    exec("\n".join(blocks), {})
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_leads_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\((?!https?:)(.*?)\)", page.read_text()):
+        assert (page.parent / target.partition("#")[0]).exists(), target
+
+
+def test_the_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 140
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda p: p.stem)
+def test_an_example_runs(path: Path, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, path], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert list(tmp_path.iterdir()) or done.stdout
