@@ -171,7 +171,8 @@ def test_the_kernels_ask_for_nothing_else() -> None:
 def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
     scene = clrt.load_scene("four-spheres")
     names = list(pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9))
-    program = cl.Program(cl.Context([device]), kernel_source())
+    context = cl.Context([device])
+    program = cl.Program(context, kernel_source())
     kernel = program.build(options=[*options(4), "-cl-kernel-arg-info"]).render
     info = cl.kernel_arg_info.NAME
     found = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]

@@ -152,7 +152,7 @@ assert renderer.render(scene, 9, 9, dtype="uint8").any()
     assert subprocess.run([sys.executable, "-c", program], env=environment).returncode == 0
 
 
-START = "from clrt import pocl; print(pocl.run_folder(), flush=True); "
+START = "from clrt.opencl import pocl; print(pocl.run_folder(), flush=True); "
 
 
 def test_the_folder_goes_with_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

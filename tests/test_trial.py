@@ -101,7 +101,7 @@ def test_narrower_lanes_are_tried(
 
 def test_the_command_says_so(tmp_path: Path) -> None:
     code = (
-        "import sys; from clrt import program; source = program.kernel_source()\n"
+        "import sys; from clrt.opencl import program; source = program.kernel_source()\n"
         "wrong = source.replace('    expose(', '#if LANES > 2\\ncolor.y = 0;\\n#endif\\nexpose(')\n"
         "program.kernel_source = lambda: wrong\n"
         "sys.argv = 'clrt render --lanes 4 --width 40 --height 23'.split()\n"
@@ -178,7 +178,7 @@ def test_the_child_makes_what_is_made_here(lanes: int) -> None:
 def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
     """A terminal sends it to both; here the parent alone gets it."""
     code = (
-        "import signal, sys; from clrt import trial, program, pack\n"
+        "from clrt import trial, pack\nfrom clrt.opencl import program\n"
         "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
         "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "

@@ -133,7 +133,7 @@ def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: 
 
 def test_without_pyav_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "av", None)
-    with pytest.raises(RequestError, match=r"pip install 'clrt\[video\]'"):
+    with pytest.raises(RequestError, match=r"pip install av"):
         video.check_output(Path("a.mp4"), 8, 8, 1, 30)
 
 
