@@ -28,6 +28,12 @@ def say(text: str) -> None:
         click.echo("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text), err=True)
 
 
+def _say_warning(message: Warning | str, category: type[Warning], *where: object) -> None:
+    """clrt's own. Nobody at a shell can mend what the libraries warn of."""
+    if issubclass(category, DeviceWarning):
+        say(f"clrt: {message}")
+
+
 class Commands(click.Group):
     """Turns errors into one line on stderr and an exit status."""
 
@@ -35,7 +41,7 @@ class Commands(click.Group):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", DeviceWarning)
-                warnings.showwarning = lambda message, *where: say(f"clrt: {message}")
+                warnings.showwarning = _say_warning
                 return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status

@@ -1,0 +1,37 @@
+"""The tables of README.md and docs/ say what benchmarks/results/ says."""
+
+import json
+import shutil
+from pathlib import Path
+
+from benchmarks import harness, readme
+
+
+def test_no_table_is_stale() -> None:
+    """Else: python -m benchmarks readme."""
+    assert not readme.stale(readme.pages())
+
+
+def test_every_table_is_in_one_page() -> None:
+    text = "".join(page.read_text() for page in readme.pages())
+    for name in readme.TABLES:
+        assert text.count(f"<!-- {name} -->\n") == text.count(f"<!-- /{name} -->\n") == 1, name
+
+
+def test_changed_figures_make_a_table_stale(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    shutil.copytree(harness.RESULTS, results)
+    figures = json.loads((results / "peers.json").read_text())
+    figures["peers"][0]["median"] *= 1.5
+    (results / "peers.json").write_text(json.dumps(figures))
+    found = readme.stale(readme.pages(), results)
+    assert [page.name for page in found] == ["README.md", "speed.md"]
+    for page, text in found.items():  # written, it is stale no more
+        copy = tmp_path / page.name
+        copy.write_text(text)
+        assert not readme.stale([copy], results)
+
+
+def test_numbers() -> None:
+    assert readme.number(1413.06) == "1,413"
+    assert readme.number(0.02436) == "0.0244"
