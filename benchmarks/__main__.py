@@ -2,7 +2,7 @@
 
 import click
 
-from benchmarks import accuracy, animation, peers, speed, targets
+from benchmarks import accuracy, animation, peers, readme, speed, targets
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -20,6 +20,7 @@ def main(context: click.Context, quick: bool) -> None:
 main.add_command(accuracy.command)
 main.add_command(animation.command)
 main.add_command(peers.command)
+main.add_command(readme.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
 

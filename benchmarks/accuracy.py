@@ -12,7 +12,8 @@ from benchmarks import harness
 from clrt import metrics, reference
 from clrt.pack import PRECISIONS, Precision
 from clrt.renderer import Renderer
-from clrt.scene import Scene, Vec3
+from clrt.scene import Scene
+from clrt.values import Vec3
 
 TRUTHS: tuple[tuple[reference.Truth, float], ...] = (("exact", 0.0), ("seed", 1e-5))
 

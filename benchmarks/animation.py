@@ -96,7 +96,7 @@ def peak_memory(frames: int) -> float:
     code = (
         "import clrt, itertools, numpy, re, sys\n"
         "from pathlib import Path\n"
-        "from clrt import video\n"
+        "from clrt.files import video\n"
         "scene = clrt.load_scene('orbit')\n"
         f"chosen = itertools.islice(itertools.cycle(range(120)), {frames})\n"
         "frames = clrt.animate(scene, 160, 90, frames=chosen, dtype=numpy.uint8)\n"

@@ -1,7 +1,6 @@
 """How fast: the kernel, how its cost grows, and the whole command."""
 
 import os
-import re
 import shutil
 import statistics
 import subprocess
@@ -21,22 +20,20 @@ from benchmarks import harness
 from clrt.files import image
 from clrt.pack import LANES
 from clrt.renderer import Renderer
-from clrt.scene import Scene, Sphere
+from clrt.scene import Scene
+from clrt.spheres import Sphere
 
 Row = tuple[str, list[float], str]
 
 
 @click.command("speed")
-@click.option("--yardstick", type=click.Path(exists=True, path_type=Path), metavar="PROGRAM",
-              help="A program to time in turn with the kernel, whose first line of output says "
-              "'med N ms' of one 3840x2160 frame.")  # fmt: skip
 @click.pass_obj
-def command(quick: bool, yardstick: Path | None) -> None:
+def command(quick: bool) -> None:
     """Times the kernel for each number of lanes, how its cost grows, and the whole command."""
     size, turns = ((480, 270), 1) if quick else ((3840, 2160), 5)
     figures: dict[str, Any] = {"size": size}
     parts: dict[str, Sequence[Row]] = {
-        "The kernel": kernel(*size, turns, yardstick),
+        "The kernel": kernel(*size, turns),
         "How its cost grows": growth(quick, figures),
         "The whole command": whole_command(*size, turns, figures),
     }
@@ -54,21 +51,22 @@ def command(quick: bool, yardstick: Path | None) -> None:
     plot(figures["growth"], folder / "speed.png")
 
 
-def kernel(width: int, height: int, turns: int, yardstick: Path | None) -> list[Row]:
-    """The kernel alone, by the device's clock."""
+def kernel(width: int, height: int, turns: int) -> list[Row]:
+    """The kernel alone, by the device's clock, beside the yardstick, which is always of 4K."""
     scene = clrt.load_scene("four-spheres")
     contenders: dict[str, Callable[[], float]] = {}
-    if yardstick is not None:
-        contenders["yardstick"] = lambda: yardstick_time(yardstick)
-    for lanes in reversed(LANES):
-        frames = 21 if lanes == 16 else 3
-        renderer = Renderer(lanes=lanes)
-        timed = harness.kernel_time(renderer, scene, width, height, np.uint8, frames)
-        contenders[f"{lanes} lane{'s' * (lanes > 1)}, 8-bit film"] = timed
-    renderer = Renderer(lanes=16)
-    timed = harness.kernel_time(renderer, scene, width, height, np.float32, 5)
-    contenders["16 lanes, float32 film"] = timed
-    seconds = harness.in_turn(contenders, turns)
+    with tempfile.TemporaryDirectory() as folder:
+        if built := build_yardstick(folder):
+            contenders["yardstick"] = lambda: yardstick_time(built)
+        for lanes in reversed(LANES):
+            frames = 21 if lanes == 16 else 3
+            renderer = Renderer(lanes=lanes)
+            timed = harness.kernel_time(renderer, scene, width, height, np.uint8, frames)
+            contenders[f"{lanes} lane{'s' * (lanes > 1)}, 8-bit film"] = timed
+        renderer = Renderer(lanes=16)
+        timed = harness.kernel_time(renderer, scene, width, height, np.float32, 5)
+        contenders["16 lanes, float32 film"] = timed
+        seconds = harness.in_turn(contenders, turns)
     if "yardstick" not in seconds:
         return [(what, s, "") for what, s in seconds.items()]
     unit = statistics.median(seconds["yardstick"])
@@ -77,13 +75,25 @@ def kernel(width: int, height: int, turns: int, yardstick: Path | None) -> list[
     ]
 
 
-def yardstick_time(program: Path) -> float:
+def build_yardstick(folder: str) -> str | None:
+    """The program of yardstick.c, where it can be built."""
+    source, program = str(Path(__file__).with_name("yardstick.c")), f"{folder}/yardstick"
+    flags = ("-O3", "-march=native", "-ffast-math", "-fopenmp")
+    build = ("cc", *flags, source, "-o", program, "-lm")
+    if shutil.which("cc") is None:
+        why = "there is no C compiler, cc"
+    elif subprocess.run(build, capture_output=True).returncode != 0:
+        why = "cc cannot build it, as for a CPU without AVX-512"
+    else:
+        return program
+    print(f"The yardstick is left out: {why}.")
+    return None
+
+
+def yardstick_time(program: str) -> float:
     """Seconds of one frame, the median of 21, by the program's own clock."""
-    done = subprocess.run([program.resolve(), "21"], capture_output=True, text=True, check=True)
-    found = re.search(r"med\s+([\d.]+) ms", done.stdout)
-    if found is None:
-        raise click.ClickException(f"{program}: expected 'med N ms', got {done.stdout[:80]!r}")
-    return float(found[1]) / 1e3
+    done = subprocess.run([program, "21"], capture_output=True, text=True, check=True)
+    return float(done.stdout.split()[1]) / 1e3  # "med N ms"
 
 
 def many_spheres(count: int) -> Scene:

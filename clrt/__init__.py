@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from clrt.files.image import save
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.renderer import Renderer, render
-    from clrt.scene import Animation, Camera, Key, Light, Material, Scene, Sphere
+    from clrt.scene import Animation, Camera, Key, Light, Material, Scene
+    from clrt.spheres import Sphere, Spheres
 
 # Where each public name comes from. It is imported when it is first used, for the command line
 # needs little of it, and to import all takes as long as to render a 4K picture.
@@ -40,7 +41,8 @@ _HOMES = {
     "clrt.files.image": ("save",),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
-    "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene", "Sphere"),
+    "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene"),
+    "clrt.spheres": ("Sphere", "Spheres"),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
 }
 
@@ -59,6 +61,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sphere",
+    "Spheres",
     "animate",
     "builtin_scenes",
     "load_scene",

@@ -194,7 +194,7 @@ def _surely_good(moved: dict[str, Array]) -> Array:
 
 def _animation(scene: Scene) -> Animation:
     if scene.animation is None:
-        raise SceneError("animation: expected a table, got none: see README, Video")
+        raise SceneError("animation: expected a table, got none: see docs/video.md")
     return scene.animation
 
 

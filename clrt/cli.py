@@ -41,7 +41,7 @@ class Commands(click.Group):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", DeviceWarning)
-                warnings.showwarning = _say_warning
+                warnings.showwarning = _say_warning  # type: ignore[assignment]
                 return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status

@@ -13,7 +13,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import Camera, Light, Material, Scene, Sphere
+from clrt.scene import Camera, Light, Material, Scene
+from clrt.spheres import Sphere
 
 Array: TypeAlias = NDArray[Any]
 Real: TypeAlias = type[np.float32] | type[np.float64]

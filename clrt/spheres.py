@@ -3,6 +3,7 @@
 Nothing is copied that nobody else can change, and everything is checked once, when it is made.
 """
 
+import copy
 from collections.abc import Iterator, Sequence
 from typing import Any, overload
 
@@ -10,7 +11,6 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from clrt.errors import SceneError
 from clrt.values import Color, Vec3, number, require, vectors
 
 Array = NDArray[Any]
@@ -59,18 +59,12 @@ class Spheres(Sequence[Sphere]):
         n = len(self.center)
         radii = _floats("radius", radius, 1)
         require(radii.ndim == 0 or len(radii) == n, "spheres.radius", f"{n} numbers", radii.shape)
-        _first_bad("radius", radii > 0, radii, "a finite number above 0")
+        _check("radius", radii > 0, radii, "a finite number above 0")
         self.radius = np.broadcast_to(radii, n)
         self.color = None if color is None else _floats("color", color, 3)
         good = self.color is None or len(self.color) == n
         require(good, "spheres.color", f"{n} colours", getattr(self.color, "shape", None))
-        self.names: tuple[str, ...] | None = None
-        """Of the materials that `material_index` counts; None: the scene's."""
         self.material_index, self.names = _materials(material, n)
-        self.materials = self.names if self.names is not None else int(
-            self.material_index.max(initial=-1)
-        )
-        """The names of materials that are used, or the largest index."""
 
     def __len__(self) -> int:
         return len(self.center)
@@ -82,18 +76,124 @@ class Spheres(Sequence[Sphere]):
     def __getitem__(self, i: slice) -> "Spheres": ...
 
     def __getitem__(self, i: int | slice) -> "Sphere | Spheres":
-        index = self.material_index[i]
+        center, radius, index = self.center[i], self.radius[i], self.material_index[i]
         color = None if self.color is None else self.color[i]
         if isinstance(i, slice):
-            material: Any = index
-            if self.names is not None:
-                material = [self.names[k] for k in index]
-            return Spheres(self.center[i], self.radius[i], material, color)
-        if self.names is None:
-            raise SceneError("spheres: their materials are indices: ask a Scene for one of them")
-        return Sphere(
-            tuple(map(float, self.center[i])),
-            float(self.radius[i]),
-            self.names[index],
-            None if color is None else tuple(map(float, color)),
+            part = Spheres(center, radius, index, color)
+            part.names = self.names
+            return part
+        name = str(index) if self.names is None else self.names[index]
+        own = None if color is None else _triple(color)
+        return Sphere(_triple(center), float(radius), name, own)
+
+    def __iter__(self) -> Iterator[Sphere]:
+        return (self[i] for i in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Spheres):
+            return NotImplemented
+        if self.names != other.names or len(self) != len(other):
+            return False
+        mine, theirs = self._arrays(), other._arrays()
+        return all(
+            a is b or (a is not None and b is not None and np.array_equal(a, b))
+            for a, b in zip(mine, theirs, strict=True)
         )
+
+    def __hash__(self) -> int:
+        return hash((len(self), self.names))
+
+    def __repr__(self) -> str:
+        return f"Spheres(n={len(self)})"
+
+    def _arrays(self) -> tuple[Array, Array, Array, Array | None]:
+        return self.center, self.radius, self.material_index, self.color
+
+    def with_names(self, names: tuple[str, ...]) -> "Spheres":
+        """These spheres, with the scene's names of materials if they have but indices.
+
+        Raises:
+            SceneError: an index is too large.
+        """
+        if self.names is not None:
+            return self
+        index = self.material_index
+        _check("material", index < len(names), index, f"an index below {len(names)}")
+        named = copy.copy(self)
+        named.names = names
+        return named
+
+    @staticmethod
+    def of(spheres: "Sequence[Sphere]") -> "Spheres":
+        """Any sequence of spheres as arrays."""
+        if isinstance(spheres, Spheres):
+            return spheres
+        colored = any(sphere.color is not None for sphere in spheres)
+        color = [sphere.color or (1, 1, 1) for sphere in spheres] if colored else None
+        return Spheres(
+            np.array([sphere.center for sphere in spheres]).reshape(-1, 3),
+            np.array([sphere.radius for sphere in spheres], float),
+            [sphere.material for sphere in spheres],
+            color,
+        )
+
+
+def _triple(vector: Array) -> Vec3:
+    x, y, z = map(float, vector)
+    return x, y, z
+
+
+def _floats(key: str, given: ArrayLike, columns: int) -> Array:
+    """A finite array of floats that nobody else can change: (n, columns), or (n,) or () for 1."""
+    try:
+        array = np.asarray(given)
+        if array.dtype not in (np.float32, np.float64):
+            array = array.astype(np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros((1, 1, 1))
+    shape = f"(n, {columns})" if columns > 1 else "(n,) or one number"
+    good = array.shape[1:] == (columns,) if columns > 1 else array.ndim <= 1
+    require(good, f"spheres.{key}", f"numbers of shape {shape}", given)
+    if not array.flags.c_contiguous or _can_change(array):
+        array = array.copy()
+        array.flags.writeable = False
+    _check(key, np.isfinite(array), array, "finite numbers" if columns > 1 else "a finite number")
+    return array
+
+
+def _can_change(array: Any) -> bool:
+    """Whether somebody can write to it: it, or what it is a view of, is writeable."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return True
+        array = array.base
+    return array is not None and not isinstance(array, bytes)
+
+
+def _check(key: str, good: Array, values: Array, expected: str) -> None:
+    """Names the first value that is not good."""
+    if good.all():
+        return
+    rows = good if good.ndim <= 1 else good.all(axis=1)
+    where = "" if rows.ndim == 0 else f"[{np.argmin(rows)}]"
+    value = values[int(np.argmin(rows))] if rows.ndim else values
+    require(False, f"spheres.{key}{where}", expected, value.tolist())
+
+
+def _materials(given: Any, n: int) -> tuple[Array, tuple[str, ...] | None]:
+    """Indices (n,) int32, and the names that they count, or None if they count the scene's."""
+    if isinstance(given, str):
+        return np.broadcast_to(np.int32(0), n), (given,)
+    array = np.asarray(given)
+    good = array.shape == (n,) and (array.dtype.kind in "iuU" or n == 0)
+    require(good, "spheres.material", f"a name, {n} names or {n} indices", given)
+    if array.dtype.kind == "U":
+        names, index = np.unique(array, return_inverse=True)
+        return _frozen(index.astype(np.int32)), tuple(map(str, names))
+    _check("material", array >= 0, array, "an index of at least 0")
+    return _frozen(array.astype(np.int32)), None
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

@@ -24,7 +24,8 @@ from clrt import metrics, pack, reference
 from clrt.errors import DeviceError
 from clrt.opencl import bands, program
 from clrt.opencl.device import devices, identity
-from clrt.scene import Camera, Light, Material, Scene, Sphere
+from clrt.scene import Camera, Light, Material, Scene
+from clrt.spheres import Sphere
 
 if TYPE_CHECKING:
     import pyopencl as cl
@@ -81,7 +82,7 @@ def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
     elif child.returncode < 0:
         reason = str(signal.strsignal(-child.returncode))
     else:
-        reason = f"exit status {child.returncode}"
+        reason = f"exit status {child.returncode}: {said.split(chr(10))[-1]}"
     raise DeviceError(f"its compiler crashed ({reason})")
 
 

@@ -14,7 +14,7 @@ from numpy.typing import DTypeLike
 
 from clrt import Camera, Light, Material, Scene, Sphere, load_scene
 from clrt.metrics import QUARTER_STEP
-from clrt.scene import Vec3
+from clrt.values import Vec3
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity: a scene has no hash
@@ -34,7 +34,7 @@ class HardCase:
     flips: int = 2  # allowed
     check: Literal["truth", "black", "finite"] = "truth"
     literal_fails: bool = False  # the paper's formula in float32 must not pass
-    limit: str = ""  # why robust, but not double, is known to fail: README, "How accurate?"
+    limit: str = ""  # why robust, but not double, is known to fail: docs/accuracy.md
 
 
 BASE = replace(load_scene("four-spheres"), shadow_bias=0.0)

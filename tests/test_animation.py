@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.animation import Way, all_frames, animate, camera_at
-from clrt.scene import Vec3
+from clrt.values import Vec3
 
 ORBIT = clrt.load_scene("orbit")
 

@@ -7,7 +7,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
-    ("data", "memory", "scene"),
+    ("data", "memory", "values"),
+    ("spheres",),
+    ("scene",),
     ("reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
     ("opencl.program", "opencl.bands"),

@@ -132,7 +132,7 @@ def test_unreadable(tmp_path: Path) -> None:
         clrt.load_scene(tmp_path / "none.toml")
     with pytest.raises(clrt.SceneError, match="cannot be read"):
         clrt.load_scene(tmp_path)
-    with pytest.raises(clrt.SceneError, match="cannot be read: .*embedded null"):
+    with pytest.raises(clrt.SceneError, match=r"cannot be read: .*embedded null"):
         clrt.load_scene("a\0b")
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe")
