@@ -70,7 +70,7 @@ def test_else_it_is_copied() -> None:
         (lambda: Spheres(np.zeros((3, 2)), 1, "a"), r"spheres.center: expected numbers of shape"),
         (lambda: Spheres("abc", 1, "a"), r"spheres.center: expected numbers of shape \(n, 3\)"),
         (
-            lambda: Spheres([[0, 0, 0], [0, float("inf"), 0]], 1, "a"),
+            lambda: Spheres([[0.0, 0.0, 0.0], [0.0, float("inf"), 0.0]], 1, "a"),
             r"spheres.center\[1\]: expected",
         ),
         (lambda: Spheres(CENTER, [1, 2, 0, 4], "a"), r"spheres.radius\[2\]: expected a finite num"),
