@@ -5,7 +5,7 @@ Each dtype stands for the struct of the same name in ``kernels/*.cl``, byte for 
 fields mean is said there.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clrt.scene import Camera, Light, Material, Scene
-from clrt.spheres import Sphere
+from clrt.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]
 Real: TypeAlias = type[np.float32] | type[np.float64]
@@ -48,6 +48,16 @@ class Features(msgspec.Struct, frozen=True):
     """What fills the picture may be far away against its size."""
     light_inside: bool
     """A light is inside a sphere."""
+    tree: bool
+    """There are so many spheres that a tree over them pays."""
+    sphere_colors: bool
+    """Spheres have colours of their own."""
+
+    @property
+    def packet(self) -> tuple[int, int]:
+        """Columns and rows of the pixels that a work-item renders: ROW and ROWS of lanes.cl."""
+        columns = min(self.lanes, 2 if self.lanes == 4 else 4) if self.tree else self.lanes
+        return columns, self.lanes // columns
 
     @property
     def options(self) -> list[str]:
@@ -60,6 +70,8 @@ class Features(msgspec.Struct, frozen=True):
             "REFLECTION": self.reflection,
             "LONG_LENS": self.long_lens,
             "LIGHT_INSIDE": self.light_inside,
+            "TREE": self.tree,
+            "SPHERE_COLORS": self.sphere_colors,
         }
         return [f"-DLANES={self.lanes}", *(f"-D{name}" for name, used in known.items() if used)]
 
@@ -81,8 +93,10 @@ MAX_EXPONENT = 2.0**100
 COLORS = ("ambient", "diffuse", "specular")
 
 
-def camera_dtype(real: Real) -> np.dtype[Any]:
-    return np.dtype([("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)], align=True)
+def camera_dtype(real: Real, tree: bool = False) -> np.dtype[Any]:
+    fields = [("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)]
+    axes = [(axis, real, 3) for axis in ("right", "up", "back")]
+    return np.dtype(fields + axes * tree, align=True)
 
 
 def sphere_dtype(real: Real) -> np.dtype[Any]:
@@ -114,36 +128,36 @@ def shade_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype([(color, real, 3) for color in COLORS], align=True)
 
 
+TREE_FROM = 48
+"""From so many spheres on there is a tree (benchmarks/NOTES.md)."""
+
+BLOCK = 1 << 15  # spheres that are packed at a time: what they need stays in the cache
+
+
 @dataclass(frozen=True)
 class World:
-    """What of a scene does not depend on its camera: spheres, materials and lights.
+    """What of a scene does not depend on its camera: spheres, materials and lights."""
 
-    Lengths are in world units, in long double: where that is wider than float64 it has the digits
-    for r = 1e9 and the range for 1e300.
-    """
-
-    spheres: Sequence[Sphere]
-    materials: dict[str, Material]
+    given: Sequence[Sphere]
     lights: Sequence[Light]
+    materials: dict[str, Material]
     precision: Precision
-    center: Array
-    """(spheres, 3)"""
-    radius: Array
-    """(spheres,)"""
+    tree: bool
+    spheres: Spheres
     material_of: Array
-    """(spheres,) int32, index"""
-    position: Array
-    """(lights, 3)"""
-    encloses: Array
-    """(lights, spheres) uint8: 1 where a light is inside a sphere."""
+    """(spheres,) int32: the index of each one's material."""
+    light_inside: Array
+    """int64: which spheres a light is inside of, in order."""
     packed_materials: Array
     shades: Array
     """(lights, materials)"""
+    colors: Array | None
+    """(spheres, 3) of real, if they have their own."""
 
     def is_of(self, scene: Scene) -> bool:
         """Whether it is this scene's: by identity of the spheres, which can be many."""
         return (
-            self.spheres is scene.spheres
+            self.given is scene.spheres
             and self.lights == scene.lights
             and self.materials == scene.materials
         )
@@ -153,12 +167,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     """Packs what does not depend on the camera."""
     wide, real = np.longdouble, PRECISIONS[precision]
     materials, lights = list(scene.materials.values()), scene.lights
-    center = np.array([s.center for s in scene.spheres], wide).reshape(-1, 3)
-    radius = np.array([s.radius for s in scene.spheres], wide)
-    position = np.array([light.position for light in lights], wide).reshape(-1, 3)
-    encloses = np.zeros((len(lights), len(radius)), np.uint8)
-    for row, point in zip(encloses, position, strict=True):
-        row[:] = np.linalg.norm(point - center, axis=1) < radius
+    spheres = Spheres.of(scene.spheres)
     packed_materials = np.zeros(len(materials), material_dtype(real))
     shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
     with _overflow(precision):
@@ -169,21 +178,40 @@ def pack_world(scene: Scene, precision: Precision) -> World:
             for k, light in enumerate(lights):
                 product = of_material * np.array(getattr(light, color), wide)
                 shades[color][k] = np.clip(product, -MAX_COLOR, MAX_COLOR)
+        colors = None
+        if spheres.color is not None:
+            colors = np.clip(spheres.color, -MAX_COLOR, MAX_COLOR).astype(real)
     index = {name: i for i, name in enumerate(scene.materials)}
-    material_of = np.array([index[s.material] for s in scene.spheres], np.int32)
+    places = np.array([index[name] for name in spheres.names or ()], np.int32)
     return World(
         scene.spheres,
-        dict(scene.materials),
         lights,
+        dict(scene.materials),
         precision,
-        center,
-        radius,
-        material_of,
-        position,
-        encloses,
+        precision != "literal" and len(spheres) >= TREE_FROM,
+        spheres,
+        places[spheres.material_index],
+        np.flatnonzero(_encloses(spheres.center, spheres.radius, lights).any(axis=0)),
         packed_materials,
         shades,
+        colors,
     )
+
+
+def _encloses(center: Array, radius: Array, lights: Sequence[Light]) -> Array:
+    """Which spheres lights are inside of: (lights, spheres) uint8."""
+    inside = np.zeros((len(lights), len(radius)), np.uint8)
+    # In long double for few. Of many a light that is a rounding from a surface is on either side.
+    wide = np.longdouble if len(radius) < TREE_FROM else np.float64
+    for row, light in zip(inside, lights, strict=True):
+        point = np.array(light.position, wide)
+        for block in _blocks(len(radius)):
+            row[block] = np.linalg.norm(point - center[block], axis=1) < radius[block]
+    return inside
+
+
+def _blocks(n: int) -> Iterator[slice]:
+    return (slice(start, start + BLOCK) for start in range(0, n, BLOCK))
 
 
 def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
@@ -195,7 +223,9 @@ def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
         film,
         reflection=scene.max_depth > 1 and reflects,
         long_lens=_has_long_lens(scene.camera) and world.precision != "literal",
-        light_inside=bool(world.encloses.any()),
+        light_inside=len(world.light_inside) > 0,
+        tree=world.tree,
+        sphere_colors=world.colors is not None,
     )
 
 
@@ -207,46 +237,65 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     """The kernel's arguments for a picture of width x height pixels, by name and in its order, from
     max_depth on: NumPy scalars, and arrays that become buffers.
 
-    Lengths are in camera space, scaled by a power of two, which is exact and cannot be seen, so
-    that the spheres reach about 1 from the camera: neither their squares nor those of anything
-    larger than 1e-19 of that leave float32's range. "literal" leaves the scene where and as large
-    as it is in the world, and treats no sphere in a special way. Everything is rounded once.
+    Lengths are scaled by a power of two, which is exact and cannot be seen, so that the spheres
+    reach about 1 from the camera: neither their squares nor those of anything larger than 1e-19 of
+    that leave float32's range. The space is the camera's, or, with a tree, the world's axes with
+    the origin at the camera. "literal" leaves the scene where and as large as it is in the world,
+    and treats no sphere in a special way. Everything is rounded once.
+
+    With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold. Nodes,
+    leaves and shape are None: clrt.opencl.tree makes them.
     """
     literal = world.precision == "literal"
+    # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
     wide, real = np.longdouble, PRECISIONS[world.precision]
     eye = np.array(scene.camera.position, wide)
     basis = np.array(scene.camera.basis(), wide)
-
-    def turned(points: Array) -> Array:
-        moved: Array = (points - (0 if literal else eye)) @ basis.T
-        return moved
-
-    center, radius = turned(world.center), world.radius
-    position = turned(world.position)
+    turn = np.identity(3, wide) if world.tree else basis
+    origin = np.zeros(3, wide) if literal else eye
     # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
     fov = wide(scene.camera.fov)
     half = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
-    eye_now = turned(eye.reshape(1, 3))
     if _has_long_lens(scene.camera) and not literal:
-        ahead = _first_hit_ahead(center, radius, half * np.hypot(1, wide(height) / width))
-        for points in (center, position, eye_now):
-            points[:, 2] += ahead
+        corner = half * np.hypot(1, wide(height) / width)
+        seen = (world.spheres.center - origin) @ basis.T
+        origin = origin - _first_hit_ahead(seen, world.spheres.radius, corner) * basis[2]
+
+    def moved(points: Array) -> Array:
+        turned: Array = (points - origin) @ turn.T
+        return turned
+
+    position = moved(np.array([light.position for light in world.lights], wide).reshape(-1, 3))
     light_distance = np.linalg.norm(position, axis=1)
-    extent = _extent(center, radius) or light_distance.max(initial=0) or wide(1)
+    if world.tree:
+        reach, giants = _reach(world.spheres, origin.astype(np.float64))
+        listed = np.union1d(giants, world.light_inside)
+        center = moved(world.spheres.center[listed].astype(wide))
+        radius = world.spheres.radius[listed].astype(wide)
+        material_of = world.material_of[listed]
+    else:
+        center = moved(world.spheres.center.astype(wide))
+        radius = world.spheres.radius.astype(wide)
+        material_of = world.material_of
+        reach = _extent(center, radius)
+    extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
-    camera = np.zeros(1, camera_dtype(real))
+    camera = np.zeros(1, camera_dtype(real, world.tree))
     lights = np.zeros(len(position), light_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
-        camera["eye"] = scale * eye_now
+        camera["eye"] = scale * moved(eye.reshape(1, 3))
         nearer = 1 / np.maximum(light_distance / (MAX_DISTANCE * extent), 1)
         lights["position"] = scale * nearer[:, np.newaxis] * position
         spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
-        spheres["material"] = world.material_of
+        spheres["material"] = material_of
         shadow_bias = real(bias)
-    return {
+    chosen = world.spheres.center, world.spheres.radius
+    if world.tree:
+        chosen = chosen[0][listed], chosen[1][listed]
+    found: dict[str, Any] = {
         "max_depth": np.int32(scene.max_depth),
         "shadow_bias": shadow_bias,
         "camera": camera,
@@ -257,8 +306,60 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "light_count": np.int32(len(lights)),
         "lights": lights,
         "shades": world.shades,
-        "encloses": world.encloses,
+        "encloses": _encloses(*chosen, world.lights),
     }
+    if world.colors is not None:
+        found["sphere_colors"] = world.colors
+    if world.tree:
+        for axis, vector in zip(("right", "up", "back"), basis, strict=True):
+            camera[axis] = vector
+        beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
+        beads[listed, 3] = np.nan
+        found |= {
+            "ids": listed.astype(np.int32),
+            "materials_of": world.material_of,
+            "beads": beads,
+            "nodes": None,
+            "leaves": None,
+            "shape": None,
+        }
+    return found
+
+
+def _reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
+    """How far many spheres reach from the origin, as _extent(), and which are giants."""
+    reach, giants = 0.0, []
+    for block in _blocks(len(spheres)):
+        radius = spheres.radius[block].astype(np.float64)
+        away = spheres.center[block] - origin
+        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+        surface = abs(distance - radius)
+        giant = radius > GIANT * surface
+        reach = max(reach, float(np.where(giant, surface, distance + radius).max(initial=0)))
+        giants.append(np.flatnonzero(giant) + block.start)
+    return reach, np.concatenate(giants)
+
+
+def _beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
+    """(spheres, 4) of real: centre from the origin, and radius, scaled."""
+    beads = np.empty((len(spheres), 4), real)
+    for block in _blocks(len(spheres)):
+        beads[block, :3] = (spheres.center[block] - origin) * scale
+        beads[block, 3] = spheres.radius[block] * np.float64(scale)
+    return beads
+
+
+def tree_keys(spheres: Spheres) -> Array:
+    """What a tree is ordered by, (spheres, 4) float32: centre and twice the radius, in units of the
+    box around the centres."""
+    low, high = spheres.center.min(axis=0), spheres.center.max(axis=0)
+    middle = low.astype(np.float64) / 2 + high.astype(np.float64) / 2
+    unit = float(np.max(high / 2 - low / 2)) or 1.0
+    keys = np.empty((len(spheres), 4), np.float32)
+    for block in _blocks(len(spheres)):
+        keys[block, :3] = (spheres.center[block] - middle) / unit
+        keys[block, 3] = np.minimum(2 * (spheres.radius[block] / np.float64(unit)), 1e30)
+    return keys
 
 
 def _overflow(precision: Precision) -> Any:

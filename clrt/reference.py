@@ -14,6 +14,7 @@ Written to be read beside the paper's sections 11.2 to 11.11, not to be fast. Ve
 shape (3, n), one column a ray.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -22,11 +23,13 @@ from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
 from clrt.scene import Scene
+from clrt.spheres import Spheres
 
 Truth: TypeAlias = Literal["seed", "exact"]
 Array: TypeAlias = NDArray[Any]
 
 CHUNK_PIXELS = 1 << 16  # pixels traced at a time: what they need stays in the cache
+BLOCK_PAIRS = 1 << 16  # of a ray and a sphere, that are tested at a time
 PRIME = np.uint32(16777619)
 
 
@@ -35,10 +38,10 @@ class Trace:
     """A picture and how it came about."""
 
     image: Array
-    """(height, width, 3), linear, not clipped."""
+    """(height, width, 3), or (n, 3) of n pixels; linear, not clipped."""
     paths: NDArray[np.uint32]
-    """(height, width). A hash of the spheres that a pixel's path hits and of the lights that reach
-    each hit: where two differ the paths have parted (a flip)."""
+    """(height, width), or (n,). A hash of the spheres that a pixel's path hits and of the lights
+    that reach each hit: where two differ the paths have parted (a flip)."""
     rays: int
     """How many were cast: from the camera, to lights, reflected."""
 
@@ -60,10 +63,18 @@ def trace(
     height: int,
     truth: Truth = "exact",
     dtype: DTypeLike = np.float64,
+    *,
+    pixels: Sequence[tuple[int, int]] | None = None,
 ) -> Trace:
     """The true picture and its paths.
 
-    dtype: np.longdouble where float64 itself is in doubt.
+    Args:
+        dtype: np.longdouble where float64 itself is in doubt.
+        pixels: rows and columns of the pixels that are wanted, in whose order the trace's image is
+            (n, 3) and its paths (n,); default: all of them.
+
+    Raises:
+        RequestError: there is no such truth or pixel.
     """
     if truth not in ("seed", "exact"):
         raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
@@ -73,16 +84,23 @@ def trace(
         half = tracer.dtype.type(1)  # which tan(pi / 4) misses by a rounding
     x = np.linspace(-half, half, width, dtype=tracer.dtype)
     y = np.linspace(half * height / width, -half * height / width, height, dtype=tracer.dtype)
-    image = np.zeros((height, width, 3), tracer.dtype)
-    paths = np.zeros((height, width), np.uint32)
-    rows = max(1, CHUNK_PIXELS // width)
-    for top in range(0, height, rows):
-        band = slice(top, top + rows)
-        grid_y, grid_x = np.meshgrid(y[band], x, indexing="ij")
-        color, path = tracer.trace(grid_x.ravel(), grid_y.ravel())
-        image[band] = color.T.reshape(*grid_x.shape, 3)
-        paths[band] = path.reshape(grid_x.shape)
-    return Trace(image, paths, tracer.rays)
+    if pixels is None:
+        grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
+        shape: tuple[int, ...] = height, width
+    else:
+        places = np.asarray(pixels, np.int64).reshape(-1, 2)
+        if ((places < 0) | (places >= (height, width))).any():
+            raise RequestError(f"pixels: expected rows and columns of a picture {width}x{height}")
+        grid_y, grid_x = y[places[:, 0]], x[places[:, 1]]
+        shape = (len(places),)
+    grid_y, grid_x = grid_y.ravel(), grid_x.ravel()
+    image = np.zeros((grid_x.size, 3), tracer.dtype)
+    paths = np.zeros(grid_x.size, np.uint32)
+    for start in range(0, grid_x.size, CHUNK_PIXELS):
+        chunk = slice(start, start + CHUNK_PIXELS)
+        color, paths[chunk] = tracer.trace(grid_x[chunk], grid_y[chunk])
+        image[chunk] = color.T
+    return Trace(image.reshape(*shape, 3), paths.reshape(shape), tracer.rays)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -109,16 +127,21 @@ class _Tracer:
         self.rays = 0
         self.camera = self._column(scene.camera.position)
         self.right, self.up, self.back = map(self._column, scene.camera.basis())
-        self.centers = [self._column(s.center) for s in scene.spheres]
-        self.radii = [dtype.type(s.radius) for s in scene.spheres]
         self.lights = scene.lights
-        materials = [scene.materials[s.material] for s in scene.spheres]
-        # (3, spheres) and (spheres,): what a hit's sphere index selects from
+        spheres = Spheres.of(scene.spheres)
+        self.center = spheres.center.astype(dtype).T  # (3, spheres)
+        self.radius = spheres.radius.astype(dtype)
+        # What a hit's sphere selects from: its material, of that (3, materials) or (materials,).
+        places = {name: i for i, name in enumerate(scene.materials)}
+        index = np.array([places[name] for name in spheres.names or ()], np.int64)
+        self.material = index[spheres.material_index]
+        materials = scene.materials.values()
         self.ambient = np.array([m.ambient for m in materials], dtype).reshape(-1, 3).T
         self.diffuse = np.array([m.diffuse for m in materials], dtype).reshape(-1, 3).T
         self.specular = np.array([m.specular for m in materials], dtype).reshape(-1, 3).T
         self.exponent = np.array([m.shininess for m in materials], dtype) / 4
         self.reflection = np.array([m.reflection for m in materials], dtype)
+        self.color = None if spheres.color is None else spheres.color.astype(dtype).T
 
     def _column(self, v: tuple[float, float, float]) -> Array:
         return np.array(v, self.dtype)[:, np.newaxis]
@@ -128,17 +151,24 @@ class _Tracer:
         self.rays += origin.shape[1]
         hit = np.full(origin.shape[1], -1)
         distance = np.full(origin.shape[1], np.inf, self.dtype)
-        for s, (center, radius) in enumerate(zip(self.centers, self.radii, strict=True)):
-            from_center = origin - center
-            b = 2 * _dot(direction, from_center)
-            c = _norm(from_center) ** 2 - radius**2
+        # All rays against one sphere, or few rays against many: what fits into the cache.
+        block = max(1, BLOCK_PAIRS // max(origin.shape[1], 1))
+        for start in range(0, len(self.radius), block):
+            some = slice(start, start + block)
+            from_center = origin[:, :, np.newaxis] - self.center[:, np.newaxis, some]
+            b = 2 * _dot(direction[:, :, np.newaxis], from_center)
+            c = _norm(from_center) ** 2 - self.radius[some] ** 2
             delta = b**2 - 4 * c
             smaller = (-b - np.sqrt(np.maximum(delta, 0))) / 2
-            closer = (delta > 0) & (smaller > 0) & (smaller < distance)
+            met = (delta > 0) & (smaller > 0)
             if self.exact:
-                closer &= leaves != s
-            hit[closer] = s
-            distance[closer] = smaller[closer]
+                met &= leaves[:, np.newaxis] != np.arange(start, start + met.shape[1])
+            smaller[~met] = np.inf
+            first = smaller.argmin(axis=1)  # of equal ones that which comes first
+            nearest = np.take_along_axis(smaller, first[:, np.newaxis], axis=1)[:, 0]
+            closer = nearest < distance
+            hit[closer] = start + first[closer]
+            distance[closer] = nearest[closer]
         return hit, distance
 
     def trace(self, x: Array, y: Array) -> tuple[Array, NDArray[np.uint32]]:
@@ -161,8 +191,7 @@ class _Tracer:
             path[pixel] = path[pixel] * PRIME + (hit + 1).astype(np.uint32)
 
             point = origin + distance * direction
-            centers = np.concatenate(self.centers, axis=1)
-            normal = _unit(point - centers[:, hit])
+            normal = _unit(point - self.center[:, hit])
             lifted = point + self.bias * normal
             reached = np.zeros(pixel.size, bool)
             for light in self.lights:
@@ -174,7 +203,7 @@ class _Tracer:
                 term = self.blinn_phong(light, point, to_light, normal, hit)
                 color[:, pixel[lit]] += (weight * term)[:, lit]
 
-            weight = weight * self.reflection[hit]
+            weight = weight * self.reflection[self.material[hit]]
             on = reached & (weight > 0)
             pixel, weight, hit = pixel[on], weight[on], hit[on]
             normal, direction, origin = normal[:, on], direction[:, on], lifted[:, on]
@@ -196,10 +225,11 @@ class _Tracer:
     ) -> Array:
         """What a hit point sends to the camera of a light that reaches it (11.8)."""
         half_way = _unit(to_light + _unit(self.camera - point))
-        highlight = np.maximum(_dot(normal, half_way), 0) ** self.exponent[hit]
-        term: Array = (
-            self.ambient[:, hit] * self._column(light.ambient)
-            + self.diffuse[:, hit] * self._column(light.diffuse) * _dot(to_light, normal)
-            + self.specular[:, hit] * self._column(light.specular) * highlight
-        )
-        return term
+        material = self.material[hit]
+        highlight = np.maximum(_dot(normal, half_way), 0) ** self.exponent[material]
+        term: Array = self.ambient[:, material] * self._column(light.ambient) + self.diffuse[
+            :, material
+        ] * self._column(light.diffuse) * _dot(to_light, normal)
+        if self.color is not None:
+            term = term * self.color[:, hit]
+        return term + self.specular[:, material] * self._column(light.specular) * highlight

@@ -19,6 +19,7 @@ from clrt.errors import DeviceError, DeviceWarning, RequestError
 from clrt.files.scenefile import as_scene
 from clrt.opencl import bands, pocl, program
 from clrt.opencl.device import check_process, find_device, label
+from clrt.opencl.tree import Tree
 from clrt.pack import LANES, PRECISIONS, Features, Film, Precision
 from clrt.scene import Scene
 
@@ -77,8 +78,9 @@ class Renderer:
             self._queue = cl.CommandQueue(
                 self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
-        self._kernels: dict[Features, cl.Kernel] = {}
+        self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._world: pack.World | None = None
+        self._tree: Tree | None = None
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
@@ -98,7 +100,7 @@ class Renderer:
         """Waits for the device and lets go of it."""
         with self._lock:
             self._queue.finish()
-            self._kernels.clear()
+            self._programs.clear()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -162,16 +164,28 @@ class Renderer:
     ) -> NDArray[Any]:
         width, height = check_size(*size)
         left, top, right, bottom = check_region(region, width, height)
-        kernel = self._kernel(scene, kind)
-        arguments = pack.arguments(self._packed_world(scene), scene, width, height)
+        features, kernels = self._program(scene, kind)
+        world = self._packed_world(scene)
+        arguments = pack.arguments(world, scene, width, height)
+        if features.tree:
+            if self._tree is None:
+                self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+            arguments |= self._tree.fit(arguments["beads"], kernels)
         # From the packet on that `left` is in: so every packet is one of the whole picture's.
-        first = left // self.lanes * self.lanes
+        columns, _ = features.packet
+        first = left // columns * columns
         dtype = np.dtype(pack.FILMS[kind])
         shape = (bottom - top, right - first, *channels)
         memory.require(math.prod(shape) * dtype.itemsize, f"a film of {shape[1]}x{shape[0]}")
         film = np.empty(shape, dtype)
         self.kernel_seconds = bands.fill(
-            film, (first, top), self.lanes, self._queue, kernel, arguments, progress
+            film,
+            (first, top),
+            features.packet,
+            self._queue,
+            kernels["render"],
+            arguments,
+            progress,
         )
         if left == first:
             return film
@@ -185,27 +199,27 @@ class Renderer:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
         check_process()
         with self._lock, self._errors():
-            self._kernel(scene, color_film(dtype))
+            self._program(scene, color_film(dtype))
 
     def _packed_world(self, scene: Scene) -> pack.World:
         """What is packed of a scene while only its camera changes."""
         if self._world is None or not self._world.is_of(scene):
-            self._world = pack.pack_world(scene, self.precision)
+            self._world, self._tree = pack.pack_world(scene, self.precision), None
         return self._world
 
-    def _kernel(self, scene: Scene, film: Film) -> "cl.Kernel":
+    def _program(self, scene: Scene, film: Film) -> "tuple[Features, dict[str, cl.Kernel]]":
         """The program for a scene; if none of so many lanes works, one of fewer."""
         needed = pack.features(self._packed_world(scene), scene, self.lanes, film)
-        while needed not in self._kernels:
+        while needed not in self._programs:
             try:
-                self._kernels[needed] = self._made(needed).render
+                self._programs[needed] = program.kernels(self._made(needed))
             except DeviceError as error:
                 narrower = [n for n in LANES if n < self.lanes]
                 if not narrower:
                     raise DeviceError(f"{label(self.device)} cannot be used: {error}") from None
                 self._narrow(narrower[-1], str(error))
                 needed = replace(needed, lanes=self.lanes)
-        return self._kernels[needed]
+        return needed, self._programs[needed]
 
     def _narrow(self, lanes: int, why: str) -> None:
         self.lanes, before = lanes, self.lanes

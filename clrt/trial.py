@@ -19,11 +19,13 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from clrt import metrics, pack, reference
 from clrt.errors import DeviceError
 from clrt.opencl import bands, program
 from clrt.opencl.device import devices, identity
+from clrt.opencl.tree import Tree
 from clrt.scene import Camera, Light, Material, Scene
 from clrt.spheres import Sphere
 
@@ -100,7 +102,11 @@ def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes
     film = np.empty((height, width, *channels), pack.FILMS[features.film])
     world = pack.pack_world(scene, features.precision)
     arguments = pack.arguments(world, scene, width, height)
-    bands.fill(film, (0, 0), features.lanes, queue, built.render, arguments)
+    kernels = program.kernels(built)
+    if features.tree:
+        made = Tree(pack.tree_keys(world.spheres), queue, kernels)
+        arguments |= made.fit(arguments["beads"], kernels)
+    bands.fill(film, (0, 0), features.packet, queue, kernels["render"], arguments)
     if wrong := wrong_pixels(film, scene, features):
         raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
     return program.binary(built)
@@ -119,12 +125,20 @@ def scene_for(features: pack.Features) -> Scene:
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
     radius = 20.0 if literal else 5000.0
-    spheres = (
+    spheres: tuple[Sphere, ...] = (
         Sphere((-0.7, 0.0, -0.6), 0.5, "matte"),
         Sphere((0.4, 0.1, -0.4), 0.6, "matte"),
         Sphere((0.0, -0.35, 0.2), 0.15, "ground"),
         Sphere((0.0, -0.5 - radius, 0.0), radius, "ground"),
     )
+    if features.tree:  # a heap of beads, on and behind the others
+        random = np.random.default_rng(1)
+        beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * pack.TREE_FROM, 3))
+        spheres += tuple(Sphere(bead.tolist(), 0.06, "matte") for bead in beads)
+    if features.sphere_colors:
+        spheres = tuple(
+            replace(sphere, color=(1, 0.3 + 0.7 * (i % 2), 0.5)) for i, sphere in enumerate(spheres)
+        )
     # The pictures have SIZE, so these are wide and low.
     away, fov = (14.0, 12.0) if features.long_lens else (2.0, 90.0)
     return Scene(

@@ -9,17 +9,25 @@
 // ray from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its
 // normals by that.
 
-// 28 bytes as float32, 48 as float64. The screen stands one unit ahead.
+// 28 bytes as float32, 48 as float64; with TREE 64 and 120. The screen stands one unit ahead.
 typedef struct {
     real step[2];  // half the distance of two neighbouring pixels of a row, of a column
     real eye[3];   // where the camera stands: 0 but for LITERAL and LONG_LENS
     int last[2];   // width - 1, height - 1, but at least 1
+#ifdef TREE
+    real right[3], up[3],
+        back[3];  // the camera's axes in the scene's space, which keeps the world's
+#endif
 } Camera;
 
 // A packet of camera rays: through (x, y, -1), x of each lane.
 typedef struct {
     reals x;
+#ifdef TREE
+    reals y;
+#else
     real y, left, right;  // of the first and the last lane
+#endif
 } Pixels;
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
@@ -29,13 +37,19 @@ typedef struct {
 static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     int first = 2 * column - camera->last[0];
     Pixels at;
+#ifdef TREE
+    at.x = TO_REALS(2 * (LANE % ROW) + (ints)(first)) * camera->step[0];
+    at.y = TO_REALS((ints)(camera->last[1] - 2 * row) - 2 * (LANE / ROW)) * camera->step[1];
+#else
     at.x = TO_REALS(2 * LANE + (ints)(first)) * camera->step[0];
     at.y = (camera->last[1] - 2 * row) * camera->step[1];
     at.left = first * camera->step[0];
     at.right = (first + 2 * (LANES - 1)) * camera->step[0];
+#endif
     return at;
 }
 
+#ifndef TREE
 // nearest() for rays from the camera. Their common origin is 0, so the direction D = (x, y, -1)
 // need not be of unit length: with a = |D|^2 and b = D.C the roots are those of
 // a t^2 - 2 b t + camera_c = 0, and b^2 - a camera_c = a r^2 - |D x C|^2 (Lagrange's identity),
@@ -67,3 +81,11 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     }
     return hit;
 }
+#else
+// From camera space, where x points right, y up and z back, to the scene's.
+static Vector in_scene(__global const Camera *camera, reals x, reals y, reals z) {
+    Vector v = scaled(splat(camera->back), z);
+    v = along(v, x, splat(camera->right));
+    return along(v, y, splat(camera->up));
+}
+#endif

@@ -4,26 +4,26 @@
 // path; else pixels are interleaved float32 RGB, linear and not clipped.
 //
 // To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory
-// by swizzles: which pixel each element of the three vectors of a packet belongs to (THIRDS), and
-// which two pixels share each 32-bit word of its 3 * LANES bytes (LOW, HIGH).
+// by swizzles: which pixel each element of the three vectors of a row belongs to (THIRDS), and
+// which two pixels share each 32-bit word of its 3 * ROW bytes (LOW, HIGH).
 
-#if LANES == 2
+#if ROW == 2
 #define THIRDS(take) {take(0, s00), take(1, s01), take(2, s11)}
 #define LOW s01
 #define HIGH s11
-#elif LANES == 4
+#elif ROW == 4
 #define THIRDS(take) {take(0, s0001), take(1, s1122), take(2, s2333)}
 #define LOW s0120
 #define HIGH s1230
 #define HALF uint2
 #define QUARTER uint
-#elif LANES == 8
+#elif ROW == 8
 #define THIRDS(take) {take(0, s00011122), take(1, s23334445), take(2, s55666777)}
 #define LOW s01245600
 #define HIGH s12356700
 #define HALF uint4
 #define QUARTER uint2
-#elif LANES == 16
+#elif ROW == 16
 #define THIRDS(take) \
     {take(0, s0001112223334445), take(1, s55666777888999aa), take(2, sabbbcccdddeeefff)}
 #define LOW s01245689acde0000
@@ -36,19 +36,30 @@
 
 typedef uint channel;
 #define CHANNELS 1
+typedef struct {
+    ints path;
+} Exposure;
 
-static void expose(Vector color, ints path, __global channel *pixels, int count) {
-    __private ints all[1] = {path};
-    __private const INTEGER *each = (__private const INTEGER *)all;
-    for (int i = 0; i < LANES && i < count; i++) pixels[i] = (uint)each[i];
+static Exposure exposure_of(Vector color, ints path) {
+    Exposure exposure = {path};
+    return exposure;
+}
+
+// Stores a row of the packet, as many of its pixels as `count`.
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    __private ints all[1] = {exposure.path};
+    __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
+    for (int i = 0; i < ROW && i < count; i++) pixels[i] = (uint)each[i];
 }
 
 #elif defined(FILM_BYTES)
 
 typedef uchar channel;
 #define CHANNELS 3
-typedef LANES_OF(uint) uints;
-#define TO_UINTS(n) JOIN(convert_, LANES_OF(uint))(n)
+typedef ROW_OF(uint) row_uints;
+typedef struct {
+    LANES_OF(uint) rgb;  // 0bgr
+} Exposure;
 
 // round(255 clip(c)), ties to even. Adding 1.5 * 2^23 (2^52) rounds to an integer, in the low bits.
 static ints developed(reals c) {
@@ -61,49 +72,66 @@ static ints developed(reals c) {
 #endif
 }
 
-static void expose(Vector color, ints path, __global channel *pixels, int count) {
-    uints rgb = TO_UINTS(developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16);
-#if LANES > 1
+static Exposure exposure_of(Vector color, ints path) {
+    Exposure exposure = {JOIN(convert_, LANES_OF(uint))(
+        developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16)};
+    return exposure;
+}
+
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    row_uints rgb = ((__private const row_uints *)&exposure.rgb)[row];
+#if ROW > 1
     // Four words 0bgr make three without the gaps.
-    uints part = TO_UINTS(LANE % 3 * 8);
+    row_uints part = (row_uints)(ROW_NUMBERS) % 3 * 8;
     rgb = rgb.LOW >> part | rgb.HIGH << (24 - part);
 #endif
-#if LANES > 2
-    if (count >= LANES) {
+#if ROW > 2
+    if (count >= ROW) {
         // Pixels begin at any byte.
         typedef HALF loose_half __attribute__((aligned(1)));
         typedef QUARTER loose_quarter __attribute__((aligned(1)));
         *(__global loose_half *)pixels = rgb.lo;
-        *(__global loose_quarter *)(pixels + 2 * LANES) = rgb.hi.lo;
+        *(__global loose_quarter *)(pixels + 2 * ROW) = rgb.hi.lo;
         return;
     }
 #endif
-    __private uints all[1] = {rgb};
+    __private row_uints all[1] = {rgb};
     __private const uchar *each = (__private const uchar *)all;
-    for (int i = 0; i < 3 * LANES && i < 3 * count; i++) pixels[i] = each[i];
+    for (int i = 0; i < 3 * ROW && i < 3 * count; i++) pixels[i] = each[i];
 }
 
 #else
 
 typedef float channel;
 #define CHANNELS 3
+typedef ROW_OF(float) row_floats;
+typedef struct {
+    LANES_OF(float) r, g, b;
+} Exposure;
 
-static void expose(Vector color, ints path, __global channel *pixels, int count) {
-    LANES_OF(float) r = JOIN(convert_, LANES_OF(float))(color.x);
-    LANES_OF(float) g = JOIN(convert_, LANES_OF(float))(color.y);
-    LANES_OF(float) b = JOIN(convert_, LANES_OF(float))(color.z);
-#if LANES == 1
+static Exposure exposure_of(Vector color, ints path) {
+    Exposure exposure = {JOIN(convert_, LANES_OF(float))(color.x),
+                         JOIN(convert_, LANES_OF(float))(color.y),
+                         JOIN(convert_, LANES_OF(float))(color.z)};
+    return exposure;
+}
+
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    row_floats r = ((__private const row_floats *)&exposure.r)[row];
+    row_floats g = ((__private const row_floats *)&exposure.g)[row];
+    row_floats b = ((__private const row_floats *)&exposure.b)[row];
+#if ROW == 1
     pixels[0] = r;
     pixels[1] = g;
     pixels[2] = b;
 #else
-    // Element i of the packet's 3 * LANES is channel i % 3 of pixel i / 3.
-    LANES_OF(int) lane = JOIN(convert_, LANES_OF(int))(LANE);
+    // Element i of the row's 3 * ROW is channel i % 3 of pixel i / 3.
+    ROW_OF(int) number = (ROW_OF(int))(ROW_NUMBERS);
 #define TAKE(k, pixel) \
-    ((lane + k * LANES) % 3 == 0 ? r.pixel : (lane + k * LANES) % 3 == 1 ? g.pixel : b.pixel)
-    __private const LANES_OF(float) thirds[3] = THIRDS(TAKE);
-    if (count >= LANES) {
-        typedef LANES_OF(float) loose __attribute__((aligned(4)));
+    ((number + k * ROW) % 3 == 0 ? r.pixel : (number + k * ROW) % 3 == 1 ? g.pixel : b.pixel)
+    __private const row_floats thirds[3] = THIRDS(TAKE);
+    if (count >= ROW) {
+        typedef row_floats loose __attribute__((aligned(4)));
         for (int k = 0; k < 3; k++) ((__global loose *)pixels)[k] = thirds[k];
         return;
     }

@@ -1,4 +1,4 @@
-// Lanes: one work-item traces LANES neighbouring pixels of a row in lock step, a packet.
+// Lanes: one work-item traces LANES neighbouring pixels in lock step, a packet.
 //
 // The source is written once, for LANES = 1 (scalars: one work-item a pixel, what a GPU wants) and
 // for LANES = 2, 4, 8, 16 (OpenCL vectors, which PoCL turns into SIMD code). This file hides the
@@ -36,6 +36,11 @@ typedef float real;
 #define INTEGER int
 #endif
 
+#define NUMBERS_2 0, 1
+#define NUMBERS_4 0, 1, 2, 3
+#define NUMBERS_8 0, 1, 2, 3, 4, 5, 6, 7
+#define NUMBERS_16 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15
+
 #if LANES == 1
 #define LANES_OF(type) type
 #define LANE 0
@@ -43,15 +48,7 @@ typedef float real;
 #define GREATEST(n) (n)
 #else
 #define LANES_OF(type) JOIN(type, LANES)
-#if LANES == 2
-#define LANE ((ints)(0, 1))
-#elif LANES == 4
-#define LANE ((ints)(0, 1, 2, 3))
-#elif LANES == 8
-#define LANE ((ints)(0, 1, 2, 3, 4, 5, 6, 7))
-#else
-#define LANE ((ints)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#endif
+#define LANE ((ints)(JOIN(NUMBERS_, LANES)))
 #ifdef REDUCES
 // PoCL's any() is a call that spills every vector register; these become a few instructions.
 #define ANY(mask) (__builtin_reduce_or(mask) != 0)
@@ -60,6 +57,24 @@ typedef float real;
 #define ANY(mask) any(mask)
 #define GREATEST(n) greatest(n)
 #endif
+#endif
+
+// The pixels of a packet in a row. With a tree a packet is as square as can be, which keeps it
+// narrow for longest; else it is a row, which is stored at once.
+#if !defined(TREE) || LANES < 4
+#define ROW LANES
+#elif LANES == 4
+#define ROW 2
+#else
+#define ROW 4
+#endif
+#define ROWS (LANES / ROW)
+#if ROW == 1
+#define ROW_OF(type) type
+#define ROW_NUMBERS 0
+#else
+#define ROW_OF(type) JOIN(type, ROW)
+#define ROW_NUMBERS JOIN(NUMBERS_, ROW)
 #endif
 
 typedef LANES_OF(FLOATING) reals;
@@ -114,6 +129,10 @@ static Vector plus(Vector a, Vector b) { return vector(a.x + b.x, a.y + b.y, a.z
 static Vector minus(Vector a, Vector b) { return vector(a.x - b.x, a.y - b.y, a.z - b.z); }
 
 static Vector scaled(Vector a, reals s) { return vector(a.x * s, a.y * s, a.z * s); }
+
+static real dot_real(__global const real *a, __global const real *b) {
+    return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
+}
 
 // a + s b
 static Vector along(Vector a, reals s, Vector b) {

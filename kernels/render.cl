@@ -5,32 +5,73 @@
 // and LIGHT_INSIDE (sphere.cl); everything else about it is run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
-// them. This runs its body for each other sphere that a lane has hit, with its index in `s`, a
-// scalar, and with the lanes that hit it in `mine`. hit: indices, -1 in lanes that do not count.
-#define FOR_OTHER_HITS(s, mine, hit, common)                                \
-    for (ints mine, rest_ = PICK_INT(hit == common, -1, hit);               \
+// them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
+#define FOR_OTHER_HITS(s, mine, hit, common) FOR_EACH_OF(s, mine, PICK_INT(hit == common, -1, hit))
+
+// Runs its body for each number in `numbers`, -1 in lanes that do not count: with the number in `s`,
+// a scalar, and the lanes that have it in `mine`.
+#define FOR_EACH_OF(s, mine, numbers)                                       \
+    for (ints mine, rest_ = numbers;                                        \
          ANY(rest_ >= 0) && (s = GREATEST(rest_), mine = rest_ == s, true); \
          rest_ = PICK_INT(mine, -1, rest_))
+
+// A sphere's own colour multiplies its ambient and diffuse light.
+#ifdef SPHERE_COLORS
+#define BLINN_PHONG(shade, sphere) \
+    blinn_phong_of(shade, diffuse, specular, color_of(sphere_colors, sphere))
+#else
+#define BLINN_PHONG(shade, sphere) blinn_phong(shade, diffuse, specular)
+#endif
+
+#ifdef LONG_LENS
+#define ORIGIN_IN_COMMON false
+#else
+#define ORIGIN_IN_COMMON true
+#endif
 
 // FNV's prime: paths are hashed here as in clrt/reference.py.
 #define HASHED(mask, path, value) \
     PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
 
-// film: this band of rows, width * CHANNELS each; its first pixel is (first_column, first_row) of
-// the picture, where a packet begins: first_column is a multiple of LANES. Global size: (packets of
-// a row, rounded up to whole work-groups; rows).
-__kernel void render(__global channel *film, int first_row, int width, int first_column,
+// film: this band of `height` rows, width * CHANNELS each; its first pixel is (first_column,
+// first_row) of the picture, where a packet begins: first_column is a multiple of LANES. Global size:
+// (packets of a row, rounded up to whole work-groups; rows of packets).
+__kernel void render(__global channel *film, int first_row, int width, int height, int first_column,
                      int max_depth, real shadow_bias, __global const Camera *camera,
                      int sphere_count, __global const Sphere *spheres, int material_count,
                      __global const Material *materials, int light_count,
                      __global const Light *lights, __global const Shade *shades,
-                     __global const uchar *encloses) {
-    int column = get_global_id(0) * LANES, row = get_global_id(1), s;
+                     __global const uchar *encloses
+#ifdef SPHERE_COLORS
+                     ,
+                     __global const real *sphere_colors
+#endif
+#ifdef TREE
+                     ,
+                     __global const int *ids, __global const int *materials_of,
+                     __global const Bead *beads, __global const Node *nodes,
+                     __global const Leaf *leaves, __global const Shape *shape
+#endif
+) {
+    int column = get_global_id(0) * ROW, row = get_global_id(1) * ROWS, s;
     if (column >= width) return;
 
     Pixels at = pixels_at(camera, first_column + column, first_row + row);
     reals length2 = at.x * at.x + (at.y * at.y + 1);
     reals inv_length = inverse_sqrt(length2);
+#ifdef TREE
+    Tree tree = {nodes, leaves, shape[0]};
+    Vector eye = splat(camera->eye);
+    Vector to_camera = scaled(in_scene(camera, at.x, at.y, -1), -inv_length);
+    Ray ray = {eye, scaled(to_camera, -1), -1, -1};
+#ifdef LONG_LENS
+    real ahead = dot_real(camera->eye, camera->back);
+    ray.origin = in_scene(camera, at.x * ahead, at.y * ahead, 0);
+#endif
+    Hit hit = nearest_listed(ray, -1, spheres, ids, sphere_count);
+    hit = nearest_in_tree(tree, hit, ray, (ints)(-1), ORIGIN_IN_COMMON);
+    Vector point = along(ray.origin, hit.distance, ray.direction);
+#else
     Vector through = vector(at.x, at.y, -1);
     Vector to_camera = scaled(through, -inv_length);
 #if defined(LITERAL) || defined(LONG_LENS)
@@ -47,14 +88,26 @@ __kernel void render(__global channel *film, int first_row, int width, int first
     Hit hit = visible(at, length2, spheres, sphere_count);
     Vector point = scaled(through, hit.distance);
 #endif
+#endif
 
     Vector color = vector(0, 0, 0);
     reals weight = 1;  // the product of the reflections so far
     ints path = 0;
     for (int depth = 1; ANY(hit.sphere >= 0); depth++) {
+        ray.leaves = hit.sphere;
+#ifdef TREE
+        ints material = 0;
+        Surface surface = surface_of_bead(point, hit.sphere, beads, materials_of, materials,
+                                          shadow_bias, &material);
+        // Of the list beside the tree.
+        for (s = 0; s < sphere_count; s++) {
+            ints mine = hit.sphere == ids[s];
+            if (ANY(mine))
+                surface = pick_surface(mine, surface_at(point, spheres + s, materials), surface);
+        }
+#else
         int common = hit.common;
         Surface surface = surface_at(point, spheres + common, materials);
-        ray.leaves = hit.sphere;
         ray.all_leave = common;
         FOR_OTHER_HITS(s, mine, hit.sphere, common) {
             surface = pick_surface(mine, surface_at(point, spheres + s, materials), surface);
@@ -62,6 +115,7 @@ __kernel void render(__global channel *film, int first_row, int width, int first
         }
 #ifdef LITERAL
         ray.all_leave = -1;  // that sphere is tested like any other
+#endif
 #endif
         Vector normal = surface.normal;
         ray.origin = along(point, shadow_bias, normal);
@@ -77,9 +131,18 @@ __kernel void render(__global channel *film, int first_row, int width, int first
             to_light = scaled(to_light, inv_distance);
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
-            ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon) &
-                       !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count,
-                                 spheres, sphere_count);
+            ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon);
+#ifdef TREE
+            if (ANY(lit))
+                lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
+                                           encloses + k * sphere_count, spheres, ids, sphere_count);
+            if (ANY(lit))
+                lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
+                                         splat(lights[k].position), lit);
+#else
+            lit &= !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
+                             sphere_count);
+#endif
 #ifdef FILM_PATHS
             path = HASHED(hit.sphere >= 0, path, PICK_INT(lit, 1, 0));
 #endif
@@ -87,12 +150,18 @@ __kernel void render(__global channel *film, int first_row, int width, int first
             reached |= lit;
             reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
             __global const Shade *shade = shades + k * material_count;
-            Vector light = blinn_phong(shade + spheres[common].material, diffuse, specular);
+#ifdef TREE
+            Vector light = vector(0, 0, 0);
+            FOR_EACH_OF(s, mine, PICK_INT(lit, material, -1)) {
+                light = pick3(mine, BLINN_PHONG(shade + s, hit.sphere), light);
+            }
+#else
+            Vector light = BLINN_PHONG(shade + spheres[common].material, common);
             ints lit_sphere = PICK_INT(lit, hit.sphere, -1);
             FOR_OTHER_HITS(s, mine, lit_sphere, common) {
-                light =
-                    pick3(mine, blinn_phong(shade + spheres[s].material, diffuse, specular), light);
+                light = pick3(mine, BLINN_PHONG(shade + spheres[s].material, s), light);
             }
+#endif
             color = pick3(lit, along(color, weight, light), color);
         }
 #ifdef REFLECTION
@@ -100,13 +169,21 @@ __kernel void render(__global channel *film, int first_row, int width, int first
         ints alive = reached & (weight > 0);
         if (depth == max_depth || !ANY(alive)) break;
         ray.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+#ifdef TREE
+        hit = nearest_listed(ray, alive, spheres, ids, sphere_count);
+        hit = nearest_in_tree(tree, hit, ray, alive, false);
+#else
         hit = nearest(ray, spheres, sphere_count);
         hit.sphere = PICK_INT(alive, hit.sphere, -1);
+#endif
         point = along(ray.origin, hit.distance, ray.direction);
         to_camera = unit(minus(eye, point));
 #else
         break;
 #endif
     }
-    expose(color, path, film + CHANNELS * ((size_t)row * width + column), width - column);
+    Exposure exposure = exposure_of(color, path);
+    film += CHANNELS * ((size_t)row * width + column);
+    for (int i = 0; i < ROWS && row + i < height; i++)
+        store_row(exposure, i, film + CHANNELS * (size_t)i * width, width - column);
 }

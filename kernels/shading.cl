@@ -99,3 +99,31 @@ static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals spec
     return along(along(splat(shade->ambient), diffuse, splat(shade->diffuse)), specular,
                  splat(shade->specular));
 }
+
+#ifdef SPHERE_COLORS
+static Vector blinn_phong_of(__global const Shade *shade, reals diffuse, reals specular,
+                             Vector own) {
+    Vector term = along(splat(shade->ambient), diffuse, splat(shade->diffuse));
+    term = vector(term.x * own.x, term.y * own.y, term.z * own.z);
+    return along(term, specular, splat(shade->specular));
+}
+
+// The colours of spheres, three numbers each: of one sphere, or of each lane's.
+#ifdef TREE
+static Vector color_of(__global const real *colors, ints spheres) {
+    __private ints all[1] = {spheres};
+    __private const INTEGER *sphere = (__private const INTEGER *)all;
+    __private reals found[3];
+    __private real *each = (__private real *)found;
+    for (int i = 0; i < LANES; i++) {
+        __global const real *color = colors + 3 * (size_t)(sphere[i] < 0 ? 0 : sphere[i]);
+        each[i] = color[0], each[LANES + i] = color[1], each[2 * LANES + i] = color[2];
+    }
+    return vector(found[0], found[1], found[2]);
+}
+#else
+static Vector color_of(__global const real *colors, int sphere) {
+    return splat(colors + 3 * (size_t)sphere);
+}
+#endif
+#endif

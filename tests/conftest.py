@@ -31,14 +31,16 @@ def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust")
 
 def options(lanes: int, precision: Precision = "robust", light_inside: bool = False) -> list[str]:
     """The compiler's, for a program with the kernels' functions in it."""
-    return Features(lanes, precision, "float", False, False, light_inside).options
+    return Features(lanes, precision, "float", False, False, light_inside, False, False).options
 
 
 @functools.cache
-def _kernels(device: cl.Device, code: str, options: tuple[str, ...]) -> dict[str, cl.Kernel]:
-    source = program.kernel_source() + code
-    built = cl.Program(cl.Context([device]), source).build(options=list(options))
-    return {kernel.function_name: kernel for kernel in built.all_kernels()}
+def _kernels(
+    device: cl.Device, code: str, options: tuple[str, ...]
+) -> tuple[cl.Context, dict[str, cl.Kernel]]:
+    context = cl.Context([device])  # Intel's kernels do not keep theirs
+    built = cl.Program(context, program.kernel_source() + code).build(options=list(options))
+    return context, program.kernels(built)
 
 
 def run_kernel(
@@ -55,14 +57,14 @@ def run_kernel(
 
     size: how many work-items.
     """
-    kernel = _kernels(device, code, tuple(options))[name]
-    queue = cl.CommandQueue(kernel.context)
+    context, kernels = _kernels(device, code, tuple(options))
+    kernel, queue = kernels[name], cl.CommandQueue(context)
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
 
     def buffer(array: NDArray[Any]) -> cl.Buffer:
-        return cl.Buffer(kernel.context, flags, hostbuf=np.ascontiguousarray(array))
+        return cl.Buffer(context, flags, hostbuf=np.ascontiguousarray(array))
 
-    found = cl.Buffer(kernel.context, cl.mem_flags.WRITE_ONLY, output.nbytes)
+    found = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, output.nbytes)
     kernel(queue, (size,), None, *map(buffer, inputs), found, *map(buffer, more))
     cl.enqueue_copy(queue, output, found)
 

@@ -12,7 +12,7 @@ LAYERS = (
     ("scene",),
     ("reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
-    ("opencl.program", "opencl.bands"),
+    ("opencl.program", "opencl.bands", "opencl.tree"),
     ("trial",),
     ("renderer",),
     ("animation",),

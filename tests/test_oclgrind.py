@@ -17,7 +17,7 @@ pytestmark = [
 HERE = Path(__file__).parent
 OUT_OF_BOUNDS = """
 import clrt.opencl.program, small_pictures
-source = clrt.opencl.program.kernel_source().replace("* width + column)", "* width + column + 1)")
+source = clrt.opencl.program.kernel_source().replace("* width + column);", "* width + column + 1);")
 clrt.opencl.program.kernel_source = lambda: source
 small_pictures.WIDTH, small_pictures.CASES, small_pictures.REGION = 16, [], None
 small_pictures.main([4])

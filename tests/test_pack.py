@@ -1,7 +1,10 @@
 """Packing: the dtypes are the kernel's structs, and giants are anchored where they should be."""
 
 import re
+from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pyopencl as cl
@@ -11,14 +14,18 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import pack
+from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
 
-STRUCTS = {
-    "Camera": pack.camera_dtype,
+STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
+    "Camera": partial(pack.camera_dtype, tree=True),
     "Sphere": pack.sphere_dtype,
     "Material": pack.material_dtype,
     "Light": pack.light_dtype,
     "Shade": pack.shade_dtype,
+    "Node": tree.node_dtype,
+    "Leaf": tree.leaf_dtype,
+    "Shape": tree.shape_dtype,
 }
 
 
@@ -42,13 +49,21 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
         expected.append(dtype.itemsize)
         expected += [offset for _, offset, *_ in (dtype.fields or {}).values()]
     found = np.zeros(len(expected), np.int32)
-    run_kernel(device, layout_kernel(), "layout", options(1, precision), 1, (), found)
+    used = pack.Features(1, precision, "float", False, False, False, True, False).options
+    run_kernel(device, layout_kernel(), "layout", used, 1, (), found)
     assert found.tolist() == expected
 
 
 def packed(scene: clrt.Scene, precision: pack.Precision = "robust") -> SimpleNamespace:
     """The kernel's arguments for a small picture, by name."""
     return SimpleNamespace(**pack.arguments(pack.pack_world(scene, precision), scene, 64, 36))
+
+
+def test_a_camera_without_a_tree(device: cl.Device) -> None:
+    code = "__kernel void size(__global int *to) { *to = sizeof(Camera); }"
+    found = np.zeros(1, np.int32)
+    run_kernel(device, code, "size", options(1), 1, (), found)
+    assert found[0] == pack.camera_dtype(np.float32).itemsize == 28
 
 
 def test_only_the_plane_is_a_giant() -> None:
@@ -93,10 +108,12 @@ def test_materials_are_stored_once() -> None:
     scene = clrt.load_scene("sunflower")
     found = packed(scene)
     assert found.shades.shape == (len(scene.lights), len(scene.materials))
-    assert len(found.materials) == len(scene.materials) < len(found.spheres)
+    assert len(found.materials) == len(scene.materials) < len(found.beads)
     names = list(scene.materials)
-    for packed_sphere, sphere in zip(found.spheres, scene.spheres, strict=True):
-        assert names[packed_sphere["material"]] == sphere.material
+    for index, sphere in zip(found.materials_of, scene.spheres, strict=True):
+        assert names[index] == sphere.material
+    for listed, packed_sphere in zip(found.ids, found.spheres, strict=True):
+        assert packed_sphere["material"] == found.materials_of[listed]
 
 
 def test_shades_are_products_of_material_and_light() -> None:
@@ -160,11 +177,12 @@ def test_the_kernels_ask_for_nothing_else() -> None:
     """A -D that is misspelt on either side would be silent."""
     asked = set(re.findall(r"\b(?:ifn?def|defined)[ (]+(\w+)", kernel_source()))
     asked -= set(re.findall(r"#define (\w+)", kernel_source()))
-    asked -= {"__has_builtin", "__AVX512F__", "PYOPENCL_USING_OCLGRIND"}
+    asked -= {"__has_builtin", "__AVX512F__", "__AVX512DQ__", "PYOPENCL_USING_OCLGRIND"}
+    asked -= {"__FMA__", "__FMA4__", "FP_FAST_FMAF", "BRUTE"}  # what the compiler has; for tests
     told: set[str] = set()
     for precision in pack.PRECISIONS:
         for film in pack.FILMS:
-            told |= {o[2:] for o in pack.Features(1, precision, film, True, True, True).options}
+            told |= {o[2:] for o in pack.Features(1, precision, film, *5 * [True]).options}
     assert asked == told - {"LANES=1"}
 
 
@@ -176,7 +194,7 @@ def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
     kernel = program.build(options=[*options(4), "-cl-kernel-arg-info"]).render
     info = cl.kernel_arg_info.NAME
     found = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]
-    assert found == ["film", "first_row", "width", "first_column", *names]
+    assert found == ["film", "first_row", "width", "height", "first_column", *names]
 
 
 def test_a_world_is_packed_again_only_if_it_changes() -> None:

@@ -20,13 +20,14 @@ from clrt.opencl.device import devices
 from clrt.pack import LANES, PRECISIONS, Features
 from clrt.renderer import Renderer
 
-PLAIN = Features(4, "robust", "float", False, False, False)
+EXPOSE = "Exposure exposure = exposure_of(color, path);"
+PLAIN = Features(4, "robust", "float", False, False, False, False, False)
 EVERY = [
     Features(4, precision, film, *used)
     for precision in PRECISIONS
     for film in pack.FILMS
-    for used in itertools.product((False, True), repeat=3)
-    if not (precision == "literal" and used[1])  # which has no long lens
+    for used in itertools.product((False, True), repeat=5)
+    if not (precision == "literal" and (used[1] or used[3]))  # which has no long lens, and no tree
 ]
 
 
@@ -40,9 +41,9 @@ def test_a_trials_scene_needs_what_the_program_is_for(features: Features) -> Non
 def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
     """Were it left out of the kernel, the trial would notice: where it does no more than speed
     things up or keep digits it cannot."""
-    with_all = Features(4, "robust", "paths", True, False, True)
-    without = [Features(4, "robust", "paths", False, False, True),
-               Features(4, "robust", "paths", True, False, False)]  # fmt: skip
+    with_all = Features(4, "robust", "paths", True, False, True, False, False)
+    without = [Features(4, "robust", "paths", False, False, True, False, False),
+               Features(4, "robust", "paths", True, False, False, False, False)]  # fmt: skip
     source = program.kernel_source()
     trial.try_here(device, source, with_all)
     for less in without:
@@ -59,13 +60,12 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film) -> None:
     """Wrong in each packet's last lane only, by a little of its light."""
     source = program.kernel_source()
     wrong = source.replace(
-        "expose(color, path,",
+        EXPOSE,
         "color = scaled(color, PICK(LANE == LANES - 1, REAL(0.98), 1));\n"
-        "path = PICK_INT(LANE == LANES - 1, path ^ 1, path);\n"
-        "expose(color, path,",
+        "path = PICK_INT(LANE == LANES - 1, path ^ 1, path);\n" + EXPOSE,
     )
     assert wrong != source
-    features = Features(8, precision, film, True, False, False)
+    features = Features(8, precision, film, True, False, False, False, False)
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
     assert trial.try_here(device, source, features)
@@ -76,7 +76,7 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film) -> None:
 def plant(monkeypatch: pytest.MonkeyPatch, cache: Path, code: str) -> None:
     """Makes a kernel that is wrong in some way for more than two lanes."""
     source = program.kernel_source()
-    planted = source.replace("    expose(", f"#if LANES > 2\n{code}\n#endif\n    expose(")
+    planted = source.replace(EXPOSE, f"#if LANES > 2\n{code}\n#endif\n{EXPOSE}")
     monkeypatch.setattr("clrt.opencl.program.kernel_source", lambda: planted)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
 
@@ -102,7 +102,7 @@ def test_narrower_lanes_are_tried(
 def test_the_command_says_so(tmp_path: Path) -> None:
     code = (
         "import sys; from clrt.opencl import program; source = program.kernel_source()\n"
-        "wrong = source.replace('    expose(', '#if LANES > 2\\ncolor.y = 0;\\n#endif\\nexpose(')\n"
+        f"wrong = source.replace('{EXPOSE}', '#if LANES > 2\\ncolor.y = 0;\\n#endif\\n{EXPOSE}')\n"
         "program.kernel_source = lambda: wrong\n"
         "sys.argv = 'clrt render --lanes 4 --width 40 --height 23'.split()\n"
         "from clrt.__main__ import main; main()"
@@ -119,7 +119,7 @@ def test_the_command_says_so(tmp_path: Path) -> None:
 
 
 def test_none_works(device: cl.Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = program.kernel_source().replace("    expose(", "color.x = 1;\n    expose(")
+    wrong = program.kernel_source().replace(EXPOSE, "color.x = 1;\n" + EXPOSE)
     monkeypatch.setattr("clrt.opencl.program.kernel_source", lambda: wrong)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(DeviceError, match=r"cannot be used: its compiler is wrong about"):
@@ -168,7 +168,7 @@ def test_a_child_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("lanes", LANES)
 def test_the_child_makes_what_is_made_here(lanes: int) -> None:
-    features = Features(lanes, "robust", "bytes", False, False, False)
+    features = Features(lanes, "robust", "bytes", False, False, False, False, False)
     device = devices()[0]
     binary = trial.tried(device, program.kernel_source(), features)
     built = program.loaded(cl.Context([device]), device, binary)
@@ -182,7 +182,7 @@ def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
         "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
         "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "
-        "'float', True, False, False))"
+        "'float', True, False, False, False, False))"
     )
     parent = subprocess.Popen(
         [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

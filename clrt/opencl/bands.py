@@ -28,7 +28,7 @@ BAND_SECONDS, GROWTH = 0.1, 4
 def fill(
     film: NDArray[Any],
     corner: tuple[int, int],
-    lanes: int,
+    packet: tuple[int, int],
     queue: "cl.CommandQueue",
     kernel: "cl.Kernel",
     arguments: dict[str, Any],
@@ -38,7 +38,8 @@ def fill(
 
     Args:
         film: (rows, columns, ...), contiguous.
-        corner: its first pixel's column, a multiple of `lanes`, and row in the picture.
+        corner: its first pixel's column and row in the picture.
+        packet: columns and rows of the pixels that a work-item renders.
         arguments: the kernel's, see pack.arguments().
         progress: called with the number of rows just finished.
 
@@ -49,11 +50,10 @@ def fill(
 
     columns = film.shape[1]
     same_for_all = (
-        np.int32(columns),
         np.int32(corner[0]),
         *(_uploaded(queue.context, value) for value in arguments.values()),
     )
-    items = -(-columns // (GROUP * lanes)) * GROUP
+    items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
     rows = max(FIRST_BAND_TESTS // tests, 1)
     kernel_seconds = 0.0
@@ -80,8 +80,10 @@ def fill(
             band = film[begun : begun + rows]
             flags = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
             buffer = cl.Buffer(queue.context, flags, hostbuf=band)
-            kernel.set_args(buffer, np.int32(corner[1] + begun), *same_for_all)
-            done = cl.enqueue_nd_range_kernel(queue, kernel, (items, len(band)), (GROUP, 1))
+            place = map(np.int32, (corner[1] + begun, columns, len(band)))
+            kernel.set_args(buffer, *place, *same_for_all)
+            size = items, -(-len(band) // packet[1])
+            done = cl.enqueue_nd_range_kernel(queue, kernel, size, (GROUP, 1))
             # On a CPU the kernel writes to the film itself; on other devices this copies.
             array, mapped = cl.enqueue_map_buffer(
                 queue, buffer, cl.map_flags.READ, 0, band.shape, band.dtype, is_blocking=False
@@ -101,7 +103,7 @@ def _uploaded(context: "cl.Context", value: Any) -> Any:
     """An array as a buffer; a number stays one."""
     import pyopencl as cl
 
-    if not isinstance(value, np.ndarray):
+    if not isinstance(value, np.ndarray):  # a number, or a buffer that is there
         return value
     if value.size == 0:  # OpenCL has no empty buffers
         value = np.zeros(1, value.dtype)

@@ -22,7 +22,7 @@ from clrt.opencl.device import identity
 if TYPE_CHECKING:
     import pyopencl as cl
 
-KERNELS = ("lanes", "sphere", "camera", "shading", "film", "render")
+KERNELS = ("lanes", "sphere", "camera", "shading", "tree", "build", "film", "render")
 ROOM = 50 << 20  # bytes of programs that are kept: those of 300
 KEY_LENGTH = 64  # of a file's name: sha256, in hexadecimal digits
 
@@ -51,6 +51,11 @@ def compiled(
         return _built(cl.Program(context, source), options)
     except cl.Error as error:
         raise DeviceError(f"it cannot compile the kernel: {_first_error(str(error))}") from None
+
+
+def kernels(program: "cl.Program") -> "dict[str, cl.Kernel]":
+    """By their names."""
+    return {kernel.function_name: kernel for kernel in program.all_kernels()}
 
 
 def binary(program: "cl.Program") -> bytes:

@@ -1,0 +1,152 @@
+// Build: the tree's order, by halving the spheres, and its nodes and leaves, fitted to them.
+//
+// Compiled only with TREE. clrt/opencl/tree.py runs these: `split` once for a list of spheres, in
+// world units; `fit_leaves` and `fit_nodes` for each place of the camera.
+#ifdef TREE
+
+// The shape's numbers that a build needs. The root has `root` children, the nodes below it 16 each,
+// down `levels` levels; the lowest nodes have `leaves` leaves each. So leaves are equally full.
+typedef struct {
+    int root, levels, leaves;
+} Plan;
+
+static long all_leaves(Plan plan) { return ((long)plan.root << (4 * plan.levels)) * plan.leaves; }
+
+// A list is halved level by level: into the root's children (4 levels), their children and so on (4
+// each), and the leaves of a lowest node (4). The first leaf of segment s of level k; segments can be
+// empty where there are fewer than 16.
+static long first_leaf(Plan plan, long s, int k) {
+    long below = (1L << (4 * plan.levels)) * plan.leaves;  // leaves of a child of the root
+    if (k <= 4) return (s * plan.root >> k) * below;
+    int rest = k - 4;
+    long top = s >> rest, child = top * plan.root >> 4;
+    long within = s & ((1L << rest) - 1);
+    if (child == (top + 1) * plan.root >> 4) return child * below;  // none
+    if (rest <= 4 * plan.levels) return child * below + within * (below >> rest);
+    int last = rest - 4 * plan.levels;
+    long node = within >> last, part = within & ((1L << last) - 1);
+    return child * below + node * plan.leaves + (part * plan.leaves >> last);
+}
+
+static long first_sphere(Plan plan, long n, long leaf) {
+    long count = all_leaves(plan);
+    // leaf * n can be beyond 2^63 only from 2^33 spheres on.
+    return leaf * n / count;
+}
+
+// The list is permuted: `keys`, x y z and twice the radius, with `order`, the place in the scene's
+// list. The radius is a fourth side to halve along: so large spheres do not make the boxes of small
+// ones large.
+static void swap_(__global float4 *keys, __global int *order, long i, long j) {
+    float4 key = keys[i];
+    keys[i] = keys[j], keys[j] = key;
+    int place = order[i];
+    order[i] = order[j], order[j] = place;
+}
+
+static float key_of(__global const float4 *keys, long i, int side) {
+    return ((__global const float *)(keys + i))[side];
+}
+
+// Puts the element of rank k of [a, b) in its place, with none greater before it and none smaller
+// after it (Hoare, "Algorithm 65: find", 1961; the pivot is the median of three).
+static void select_(__global float4 *keys, __global int *order, long a, long b, long k, int side) {
+    b--;
+    while (a < b) {
+        float x = key_of(keys, a, side), y = key_of(keys, a + (b - a) / 2, side);
+        float z = key_of(keys, b, side);
+        float pivot = fmax(fmin(x, y), fmin(fmax(x, y), z));
+        long i = a, j = b;
+        while (i <= j) {
+            while (key_of(keys, i, side) < pivot) i++;
+            while (key_of(keys, j, side) > pivot) j--;
+            if (i <= j) swap_(keys, order, i++, j--);
+        }
+        if (k <= j) {
+            b = j;
+        } else if (k >= i) {
+            a = i;
+        } else {
+            return;
+        }
+    }
+}
+
+// Halves the segments of the levels [from, to) below each segment of level `from`: along the longest
+// side of what is in it.
+__kernel void split(__global float4 *keys, __global int *order, long n, int root, int levels,
+                    int leaf_count, int from, int to) {
+    Plan plan = {root, levels, leaf_count};
+    for (long top = get_global_id(0); top < 1L << from; top += get_global_size(0))
+        for (int k = from; k < to; k++)
+            for (long s = top << (k - from); s < (top + 1) << (k - from); s++) {
+                long a = first_sphere(plan, n, first_leaf(plan, s, k));
+                long b = first_sphere(plan, n, first_leaf(plan, s + 1, k));
+                long middle = first_sphere(plan, n, first_leaf(plan, 2 * s + 1, k + 1));
+                if (middle <= a || middle >= b) continue;
+                float4 low = keys[a], high = low;
+                for (long i = a + 1; i < b; i++)
+                    low = fmin(low, keys[i]), high = fmax(high, keys[i]);
+                float4 size = high - low;
+                int side = size.x >= size.y ? 0 : 1;
+                if (size.z > (side == 0 ? size.x : size.y)) side = 2;
+                if (size.w > fmax(fmax(size.x, size.y), size.z)) side = 3;
+                select_(keys, order, a, b, middle, side);
+            }
+}
+
+// The leaves of the lowest nodes and the boxes around them. beads: camera space. A bead whose radius
+// is NaN is in the list beside the tree.
+__kernel void fit_leaves(__global const int *order, __global const Bead *beads, long n, int root,
+                         int levels, int leaf_count, __global Leaf *leaves, __global Node *nodes,
+                         int lowest) {
+    Plan plan = {root, levels, leaf_count};
+    long count = (long)plan.root << (4 * plan.levels);
+    for (long i = get_global_id(0); i < count; i += get_global_size(0)) {
+        __global Node *node = nodes + lowest + i;
+        for (int k = 0; k < WIDE; k++) {
+            real lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+            if (k < plan.leaves) {
+                long l = i * plan.leaves + k, first = first_sphere(plan, n, l);
+                long end = first_sphere(plan, n, l + 1);
+                __global Leaf *leaf = leaves + l;
+                for (int j = 0; j < WIDE; j++) {
+                    int id = first + j < end ? order[first + j] : -1;
+                    bool there = id >= 0 && beads[id].radius > 0;
+                    real radius = there ? beads[id].radius : (real)NAN;
+                    leaf->id[j] = there ? id : -1;
+                    leaf->radius[j] = radius;
+                    for (int a = 0; a < 3; a++) {
+                        real center = there ? beads[id].center[a] : (real)NAN;
+                        leaf->center[a][j] = center;
+                        if (!there) continue;
+                        lo[a] = fmin(lo[a], center - radius);
+                        hi[a] = fmax(hi[a], center + radius);
+                    }
+                }
+            }
+            for (int a = 0; a < 3; a++) node->lo[a][k] = lo[a], node->hi[a][k] = hi[a];
+        }
+    }
+}
+
+// The boxes around the nodes of one level, in the nodes above it.
+__kernel void fit_nodes(__global Node *nodes, int first, int first_above, int above, int children) {
+    for (int i = get_global_id(0); i < above; i += get_global_size(0)) {
+        __global Node *node = nodes + first_above + i;
+        for (int k = 0; k < WIDE; k++)
+            for (int a = 0; a < 3; a++) {
+                real lo = INFINITY, hi = -INFINITY;
+                if (k < children) {
+                    __global const Node *child = nodes + first + i * children + k;
+                    for (int j = 0; j < WIDE; j++) {
+                        lo = fmin(lo, child->lo[a][j]);
+                        hi = fmax(hi, child->hi[a][j]);
+                    }
+                }
+                node->lo[a][k] = lo, node->hi[a][k] = hi;
+            }
+    }
+}
+
+#endif

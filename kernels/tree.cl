@@ -1,0 +1,587 @@
+// Tree: many spheres, in boxes of boxes. The host defines TREE where a scene has enough of them.
+//
+// A tree over the list of all spheres, 16 children a node, 16 spheres a leaf. It is complete, so
+// that no pointer is stored: nodes are numbered level by level from the root, then leaves. It is
+// built and fitted by build.cl. Spheres that it cannot hold, giants and those that a light is inside
+// of, stand in a list of Sphere (sphere.cl) beside it, which is tested first.
+//
+// A packet is traced as a beam, four planes around its rays, for as long as that pays, and then ray
+// by ray, 16 boxes or spheres at a time. Every way gives the same bits: a sphere is tested by one
+// formula with explicit fma, and of equal distances the first sphere of the list counts.
+//
+// Space: world axes, the origin at the camera (LONG_LENS: at a point ahead of it), scaled so that
+// the spheres reach about 1. So the order of a tree holds for every camera.
+#ifdef TREE
+
+#define WIDE 16
+typedef JOIN(FLOATING, WIDE) wides;  // a number of each child, or of each sphere of a leaf
+typedef JOIN(INTEGER, WIDE) wide_ints;
+#ifdef DOUBLE
+#define TO_WIDE_INTS(n) convert_long16(n)
+#else
+#define TO_WIDE_INTS(n) (n)
+#endif
+
+// The boxes of 16 children, low and high. 384 bytes as float32, 768 as float64. A child that is not
+// there has lo = INFINITY, hi = -INFINITY.
+typedef struct {
+    real lo[3][WIDE];
+    real hi[3][WIDE];
+} Node;
+
+// 16 spheres. 320 bytes as float32, 576 as float64. One that is not there has NaN, and id -1.
+typedef struct {
+    real center[3][WIDE];
+    real radius[WIDE];
+    int id[WIDE];  // in the scene's list
+} Leaf;
+
+// What the scene's list says of a sphere. 16 bytes as float32, 32 as float64. In the list beside the
+// tree: radius NaN.
+typedef struct {
+    real center[3];
+    real radius;
+} Bead;
+
+// The shape of a complete tree, from clrt/opencl/tree.py. Node e has the children 16 e + inner, and
+// from node `lowest` on the leaves per_node e + outer.
+typedef struct {
+    int node_count, lowest, per_node, inner, outer;
+    real wide;   // a packet as wide as this, or wider, is traced ray by ray
+    int budget;  // boxes and spheres that a beam may test before it is given up
+} Shape;
+
+typedef struct {
+    __global const Node *nodes;
+    __global const Leaf *leaves;
+    Shape shape;
+} Tree;
+
+#ifdef DOUBLE
+#define UNIT_ROUNDOFF 1.1102230246251565e-16
+#else
+#define UNIT_ROUNDOFF 5.9604645e-8f
+#endif
+// By how much a box, a plane or a limit is widened, in units of the largest coordinate of the rays'
+// origins and the spheres, so that none hides a sphere from the test that would find it. The test
+// accepts rays up to 4 u (|o - C| + r) < 14 u outside a sphere, the sides of a box are rounded by u,
+// a slab's arithmetic errs by 4 u, a beam's plane by 2 u (1 + |q|), a shadow ray and the beam from
+// the light differ by 4 u: 23 u in all.
+#define SLACK (32 * UNIT_ROUNDOFF)
+#define STACK 128  // 15 for each level of nodes, and there are at most 8: 2^36 spheres
+
+// Explicit where the device has it, lest each way to trace contracts its own sums; without it none
+// is contracted.
+#if defined(__FMA__) || defined(FP_FAST_FMAF) || defined(__FMA4__)
+#define FMA(a, b, c) fma(a, b, c)
+#else
+#define FMA(a, b, c) ((a) * (b) + (c))
+#endif
+
+// Rays and spheres, either of which can be the wide one: f = o - C, l is the part of f across d.
+// Hit iff delta > 0, b < 0, c > 0, as in sphere.cl.
+#define QUADRATIC(type, ox, oy, oz, dx, dy, dz, cx, cy, cz, radius)        \
+    type fx = (ox) - (cx), fy = (oy) - (cy), fz = (oz) - (cz);             \
+    type b = FMA(fx, dx, FMA(fy, dy, fz * (dz)));                          \
+    type lx = FMA(-b, dx, fx), ly = FMA(-b, dy, fy), lz = FMA(-b, dz, fz); \
+    type r_ = radius;                                                      \
+    type delta = FMA(r_, r_, -FMA(lx, lx, FMA(ly, ly, lz * lz)));          \
+    type c = FMA(-r_, r_, FMA(fx, fx, FMA(fy, fy, fz * fz)));
+
+// Not fmax() and fabs(), which are calls on PoCL.
+static reals larger(reals a, reals b) { return PICK(a > b, a, b); }
+static reals absolute(reals a) { return PICK(a < 0, -a, a); }
+static reals largest_of(Vector v) {
+    return larger(absolute(v.x), larger(absolute(v.y), absolute(v.z)));
+}
+
+// The least and the greatest number of a vector, by halves.
+#define HALVED(name, n, half, pick)                  \
+    static real JOIN(name, n)(JOIN(FLOATING, n) v) { \
+        JOIN(FLOATING, half) a = v.lo, b = v.hi;     \
+        return JOIN(name, half)(pick);               \
+    }
+static real least1(real v) { return v; }
+static real most1(real v) { return v; }
+static real least2(JOIN(FLOATING, 2) v) { return v.x < v.y ? v.x : v.y; }
+static real most2(JOIN(FLOATING, 2) v) { return v.x > v.y ? v.x : v.y; }
+HALVED(least, 4, 2, a < b ? a : b)
+HALVED(least, 8, 4, a < b ? a : b)
+HALVED(least, 16, 8, a < b ? a : b)
+HALVED(most, 4, 2, a > b ? a : b)
+HALVED(most, 8, 4, a > b ? a : b)
+HALVED(most, 16, 8, a > b ? a : b)
+#define LEAST(on, v) JOIN(least, LANES)(PICK(on, v, INFINITY))
+#define MOST(on, v) JOIN(most, LANES)(PICK(on, v, -INFINITY))
+
+// A mask's lanes as bits.
+static uint wide_bits(wide_ints mask) {
+    int16 m = convert_int16(mask);
+#if defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
+    return (ushort)__builtin_ia32_cvtd2mask512(m);
+#else
+    m &= (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+#ifdef REDUCES
+    return __builtin_reduce_or(m);
+#else
+    int8 a = m.lo | m.hi;
+    int4 b = a.lo | a.hi;
+    int2 d = b.lo | b.hi;
+    return d.x | d.y;
+#endif
+#endif
+}
+static uint lane_bits(ints mask) {
+#if LANES == 16
+    return wide_bits(mask);
+#else
+    __private ints all[1] = {mask};
+    __private const INTEGER *each = (__private const INTEGER *)all;
+    uint bits = 0;
+    for (int i = 0; i < LANES; i++) bits |= (uint)(each[i] != 0) << i;
+    return bits;
+#endif
+}
+#define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
+
+static Hit closer_of(Hit hit, ints met, reals distance, int id) {
+    ints mask =
+        met & ((distance < hit.distance) | ((distance == hit.distance) & (id < hit.sphere)));
+    hit.distance = PICK(mask, distance, hit.distance);
+    hit.sphere = PICK_INT(mask, id, hit.sphere);
+    return hit;
+}
+
+// The list beside the tree: `ids` has the place of each in the scene's list.
+static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __global const int *ids,
+                          int sphere_count) {
+    Hit hit = no_hit();
+    for (int s = 0; s < sphere_count; s++) {
+        Quadratic q = quadratic(ray, spheres + s);
+        ints met = on & ahead(q, ray, ids[s]);
+        if (ANY(met)) hit = closer_of(hit, met, smaller_root(q), ids[s]);
+    }
+    return hit;
+}
+
+static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *encloses,
+                               __global const Sphere *spheres, __global const int *ids,
+                               int sphere_count) {
+    ints hidden = 0;
+    for (int s = 0; s < sphere_count; s++) {
+        Quadratic q = quadratic(ray, spheres + s);
+        ints met = ahead(q, ray, ids[s]);
+        if (!encloses[s]) met &= -q.b < distance;
+        hidden |= met;
+    }
+    return hidden;
+}
+
+// What the packet's lanes have hit, each a bead of its own. shading.cl says what a Surface is.
+static Surface surface_of_bead(Vector point, ints hit, __global const Bead *beads,
+                               __global const int *materials_of, __global const Material *materials,
+                               real shadow_bias, ints *material) {
+    __private ints hits[1] = {hit}, found[1] = {-1};
+    __private const INTEGER *sphere = (__private const INTEGER *)hits;
+    __private INTEGER *index = (__private INTEGER *)found;
+    __private reals gathered[4] = {0, 0, 0, 1};
+    __private real *each = (__private real *)gathered;
+    __private reals exponents[1] = {0}, reflections[1] = {0};
+    for (int i = 0; i < LANES; i++) {
+        if (sphere[i] < 0) continue;
+        __global const Bead *bead = beads + sphere[i];
+        each[i] = bead->center[0], each[LANES + i] = bead->center[1];
+        each[2 * LANES + i] = bead->center[2], each[3 * LANES + i] = bead->radius;
+        index[i] = materials_of[sphere[i]];
+        ((__private real *)exponents)[i] = materials[index[i]].exponent;
+        ((__private real *)reflections)[i] = materials[index[i]].reflection;
+    }
+    *material = found[0];
+    reals radius = gathered[3];
+    Vector normal = minus(point, vector(gathered[0], gathered[1], gathered[2]));
+    Surface surface = {scaled(normal, 1 / radius), 0, exponents[0], reflections[0]};
+    // As clrt/pack.py works it out for a Sphere.
+    if (shadow_bias > 0)
+        surface.horizon = -sqrt(shadow_bias * (2 * radius + shadow_bias)) / (radius + shadow_bias);
+    return surface;
+}
+
+static int child_of(Shape shape, int e, int k) {
+    if (e >= shape.lowest) return shape.per_node * e + shape.outer + k;
+    return 16 * e + (e > 0 ? shape.inner : 1) + k;
+}
+
+#ifdef BRUTE  // for tests: all spheres, one after the other
+static int leaves_of(Shape shape) { return (shape.node_count - shape.lowest) * shape.per_node; }
+#endif
+
+#if LANES > 1
+
+// The beam: along the axis `m` with `sign` all its rays go forward; four planes p_a - q p_m >= c or
+// <= c hold them, two for each of the axes a[0] and a[1].
+typedef struct {
+    int m, a[2];
+    real sign, low_q[2], high_q[2], low_c[2], high_c[2], behind, width;
+} Beam;
+
+static reals axis_of(Vector v, int m) { return m == 0 ? v.x : m == 1 ? v.y : v.z; }
+
+// The beam around those rays that are on; `width` is INFINITY if they have no axis in common.
+// common: they have one origin, which is more exact and quicker.
+static Beam beam_of(Vector o, Vector d, ints on, real slack, bool common) {
+    Beam beam;
+    __private reals all[3] = {d.x, d.y, d.z};
+    __private const real *each = (__private const real *)all;
+    int first = LOWEST_BIT(lane_bits(on));
+    real x = each[first], y = each[LANES + first], z = each[2 * LANES + first];
+    beam.m = fabs(x) > fabs(y) ? (fabs(x) > fabs(z) ? 0 : 2) : (fabs(y) > fabs(z) ? 1 : 2);
+    beam.sign = (beam.m == 0 ? x : beam.m == 1 ? y : z) > 0 ? 1 : -1;
+    beam.a[0] = beam.m == 0 ? 1 : 0;
+    beam.a[1] = beam.m == 2 ? 1 : 2;
+    beam.width = INFINITY;
+    reals dm = axis_of(d, beam.m), om = axis_of(o, beam.m);
+    if (ANY(on & !(dm * beam.sign > REAL(0.05)))) return beam;
+    reals inverse = 1 / dm;
+    beam.width = 1;
+    for (int k = 0; k < 2; k++) {
+        reals slope = axis_of(d, beam.a[k]) * inverse, oa = axis_of(o, beam.a[k]);
+        real low = LEAST(on, slope), high = MOST(on, slope);
+        beam.width *= high - low;
+        low -= 16 * UNIT_ROUNDOFF * (1 + fabs(low));
+        high += 16 * UNIT_ROUNDOFF * (1 + fabs(high));
+        // Backwards along m the order turns.
+        real lq = beam.sign > 0 ? low : high, hq = beam.sign > 0 ? high : low;
+        real lc, hc;
+        if (common) {
+            __private reals origins[2] = {oa, om};
+            __private const real *origin = (__private const real *)origins;
+            lc = origin[first] - lq * origin[LANES + first];
+            hc = origin[first] - hq * origin[LANES + first];
+        } else {
+            lc = LEAST(on, oa - lq * om);
+            hc = MOST(on, oa - hq * om);
+        }
+        beam.low_q[k] = lq;
+        beam.high_q[k] = hq;
+        beam.low_c[k] = lc - slack * (1 + fabs(lq));
+        beam.high_c[k] = hc + slack * (1 + fabs(hq));
+    }
+    beam.behind = LEAST(on, om * beam.sign) - slack;
+    return beam;
+}
+
+// How far along the beam's axis the rays that are on have come at distance t.
+static real beam_end(Beam beam, Vector o, Vector d, reals t, ints on, real slack) {
+    return MOST(on, (axis_of(o, beam.m) + t * axis_of(d, beam.m)) * beam.sign) + 2 * slack;
+}
+
+// Which boxes the beam meets before `end`, as bits, and where along it they begin.
+static uint boxes_in_beam(Beam beam, __global const Node *node, real end, wides *begins) {
+    __global const wides *lo = (__global const wides *)node->lo;
+    __global const wides *hi = (__global const wides *)node->hi;
+    wide_ints in = -1;
+    for (int k = 0; k < 2; k++) {
+        int a = beam.a[k];
+        real lq = beam.low_q[k], hq = beam.high_q[k];
+        in &= hi[a] - lq * (lq > 0 ? lo : hi)[beam.m] >= beam.low_c[k];
+        in &= lo[a] - hq * (hq > 0 ? hi : lo)[beam.m] <= beam.high_c[k];
+    }
+    wides from = (beam.sign > 0 ? lo : hi)[beam.m] * beam.sign;
+    wides to = (beam.sign > 0 ? hi : lo)[beam.m] * beam.sign;
+    *begins = from;
+    return wide_bits(in & (to >= beam.behind) & (from <= end));
+}
+
+static uint spheres_in_beam(Beam beam, __global const Leaf *leaf, real end) {
+    __global const wides *center = (__global const wides *)leaf->center;
+    wides radius = *(__global const wides *)leaf->radius, along_m = center[beam.m];
+    wide_ints in = -1;
+    for (int k = 0; k < 2; k++) {
+        wides across = center[beam.a[k]];
+        real lq = beam.low_q[k], hq = beam.high_q[k];
+        in &= across - lq * along_m + radius * sqrt(1 + lq * lq) >= beam.low_c[k];
+        in &= across - hq * along_m - radius * sqrt(1 + hq * hq) <= beam.high_c[k];
+    }
+    along_m *= beam.sign;
+    return wide_bits(in & (along_m + radius >= beam.behind) & (along_m - radius <= end));
+}
+
+#endif
+
+// Goes on with the child of node e that begins first, and leaves the others on the stack, the first
+// on top. bits: the children that are met, at least one.
+static int descend(Shape shape, int e, uint bits, wides begins, int *stack, real *starts,
+                   int *top) {
+    if (!(bits & (bits - 1))) return child_of(shape, e, LOWEST_BIT(bits));
+    __private wides all[1] = {begins};
+    __private const real *begin = (__private const real *)all;
+    int base = *top, count = base;
+    for (; bits; bits &= bits - 1) {
+        int k = LOWEST_BIT(bits), j = count++;
+        real start = begin[k];
+        for (; j > base && starts[j - 1] < start; j--) {
+            starts[j] = starts[j - 1];
+            stack[j] = stack[j - 1];
+        }
+        starts[j] = start;
+        stack[j] = child_of(shape, e, k);
+    }
+    *top = count - 1;
+    return stack[count - 1];
+}
+
+// The next of the stack that begins before `end`; -1 if there is none.
+static int next_of(const int *stack, const real *starts, int *top, real end) {
+    while (*top > 0) {
+        *top -= 1;
+        if (starts[*top] <= end) return stack[*top];
+    }
+    return -1;
+}
+
+// One ray against 16 boxes or spheres at a time.
+typedef struct {
+    real o[3], d[3];
+    INTEGER leaves;
+} Single;
+
+// The planes of a box that a ray enters by and leaves by; a box begins at the largest
+// plane * inverse + enter of the three axes.
+typedef struct {
+    real inverse[3], enter[3], leave[3];
+    bool forward[3];
+} Slabs;
+
+static Slabs slabs_of(Single ray) {
+    real largest = 1;
+    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(ray.o[a]));
+    Slabs slabs;
+    for (int a = 0; a < 3; a++) {
+        real d = fabs(ray.d[a]) > REAL(1e-18) ? ray.d[a] : REAL(1e-18);
+        slabs.inverse[a] = 1 / d;
+        slabs.forward[a] = d > 0;
+        real at = -ray.o[a] * slabs.inverse[a], slack = SLACK * largest * fabs(slabs.inverse[a]);
+        slabs.enter[a] = at - slack;
+        slabs.leave[a] = at + slack;
+    }
+    return slabs;
+}
+
+static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides *begins) {
+    __global const wides *lo = (__global const wides *)node->lo;
+    __global const wides *hi = (__global const wides *)node->hi;
+    wides from = 0, to = end;
+    for (int a = 0; a < 3; a++) {
+        wides enter = (slabs.forward[a] ? lo : hi)[a] * slabs.inverse[a] + slabs.enter[a];
+        wides leave = (slabs.forward[a] ? hi : lo)[a] * slabs.inverse[a] + slabs.leave[a];
+        from = enter > from ? enter : from;
+        to = leave < to ? leave : to;
+    }
+    *begins = from;
+    // The ends are rounded in proportion to themselves.
+    return wide_bits(from <= to * (1 + 16 * UNIT_ROUNDOFF));
+}
+
+#define LEAF_QUADRATIC(ray, leaf)                                                            \
+    __global const wides *center_ = (__global const wides *)(leaf)->center;                  \
+    QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
+              center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)   \
+    int16 id_ = *(__global const int16 *)(leaf)->id;                                         \
+    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & (TO_WIDE_INTS(id_) != ray.leaves);
+
+static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *sphere) {
+    Slabs slabs = slabs_of(ray);
+    int stack[STACK], top = 0;
+    real starts[STACK];
+    for (int e = 0; e >= 0;) {
+        if (e < tree.shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(slabs, tree.nodes + e, *distance, &begins);
+            if (bits) {
+                e = descend(tree.shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
+            LEAF_QUADRATIC(ray, leaf)
+            uint bits = wide_bits(met);
+            if (bits) {
+                __private wides all[1] = {c / (sqrt(delta) - b)};
+                __private const real *root = (__private const real *)all;
+                for (; bits; bits &= bits - 1) {
+                    int k = LOWEST_BIT(bits);
+                    if (root[k] < *distance || (root[k] == *distance && leaf->id[k] < *sphere)) {
+                        *distance = root[k];
+                        *sphere = leaf->id[k];
+                    }
+                }
+            }
+        }
+        e = next_of(stack, starts, &top, *distance);
+    }
+}
+
+static bool occluded_single(Tree tree, Single ray, real limit) {
+    Slabs slabs = slabs_of(ray);
+    int stack[STACK], top = 0;
+    real starts[STACK];
+    for (int e = 0; e >= 0;) {
+        if (e < tree.shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(slabs, tree.nodes + e, limit, &begins);
+            if (bits) {
+                e = descend(tree.shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            LEAF_QUADRATIC(ray, tree.leaves + (e - tree.shape.node_count))
+            if (wide_bits(met & (-b < limit))) return true;
+        }
+        e = next_of(stack, starts, &top, INFINITY);
+    }
+    return false;
+}
+
+// Runs its body for each ray that is on: `i` is its lane, `single` the ray.
+#define FOR_EACH_RAY(ray, on)                                                                    \
+    __private reals coordinates_[6] = {(ray).origin.x,    (ray).origin.y,    (ray).origin.z,     \
+                                       (ray).direction.x, (ray).direction.y, (ray).direction.z}; \
+    __private ints leaves_[1] = {(ray).leaves};                                                  \
+    __private const real *r_ = (__private const real *)coordinates_;                             \
+    __private const INTEGER *l_ = (__private const INTEGER *)leaves_;                            \
+    for (uint bits_ = lane_bits(on); bits_; bits_ &= bits_ - 1)                                  \
+        for (int i = LOWEST_BIT(bits_), once_ = 1; once_; once_ = 0)                             \
+            for (Single single = {{r_[i], r_[LANES + i], r_[2 * LANES + i]},                     \
+                                  {r_[3 * LANES + i], r_[4 * LANES + i], r_[5 * LANES + i]},     \
+                                  l_[i]};                                                        \
+                 once_; once_ = 0)
+
+static real largest_coordinate(Vector o, ints on) { return fmax((real)1, MOST(on, largest_of(o))); }
+
+// What the tree has before `hit`, for the rays that are on.
+// common: all rays have one origin.
+static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
+#ifdef BRUTE
+    for (int e = 0; e < leaves_of(tree.shape); e++)
+        for (int k = 0; k < WIDE; k++) {
+            __global const Leaf *leaf = tree.leaves + e;
+            QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                      ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
+                      leaf->center[2][k], leaf->radius[k])
+            ints met = on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]);
+            if (ANY(met)) hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
+        }
+    return hit;
+#endif
+#if LANES > 1
+    real slack = SLACK * largest_coordinate(ray.origin, on);
+    Beam beam = beam_of(ray.origin, ray.direction, on, slack, common);
+    if (beam.width < tree.shape.wide) {
+        int stack[STACK], top = 0, left = tree.shape.budget, e = 0;
+        real starts[STACK];
+        real end = beam_end(beam, ray.origin, ray.direction, hit.distance, on, slack);
+        while (e >= 0 && left > 0) {
+            if (e < tree.shape.node_count) {
+                wides begins;
+                left--;
+                uint bits = boxes_in_beam(beam, tree.nodes + e, end, &begins);
+                if (bits) {
+                    e = descend(tree.shape, e, bits, begins, stack, starts, &top);
+                    continue;
+                }
+            } else {
+                __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
+                bool found = false;
+                for (uint bits = spheres_in_beam(beam, leaf, end); bits; bits &= bits - 1) {
+                    int k = LOWEST_BIT(bits);
+                    left--;
+                    QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                              ray.direction.y, ray.direction.z, leaf->center[0][k],
+                              leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
+                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]);
+                    if (ANY(met)) {
+                        hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
+                        found = true;
+                    }
+                }
+                if (found) end = beam_end(beam, ray.origin, ray.direction, hit.distance, on, slack);
+            }
+            e = next_of(stack, starts, &top, end);
+        }
+        if (e < 0) return hit;
+    }
+#endif
+    __private reals distances[1] = {hit.distance};
+    __private ints spheres[1] = {hit.sphere};
+    FOR_EACH_RAY(ray, on)
+    nearest_single(tree, single, (__private real *)distances + i, (__private INTEGER *)spheres + i);
+    hit.distance = distances[0];
+    hit.sphere = spheres[0];
+    return hit;
+}
+
+// Which of the rays that are on a sphere of the tree keeps from the light, which is outside of all
+// of them.
+static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, ints on) {
+#ifdef BRUTE
+    ints dark = 0;
+    for (int e = 0; e < leaves_of(tree.shape); e++)
+        for (int k = 0; k < WIDE; k++) {
+            __global const Leaf *leaf = tree.leaves + e;
+            QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                      ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
+                      leaf->center[2][k], leaf->radius[k])
+            dark |= on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]) &
+                    (-b < distance);
+        }
+    return dark;
+#endif
+    ints clear = on;
+#if LANES > 1
+    // From the light to the points, for it is common; not from a far one, whose rounding is large.
+    real away = MOST(on, largest_of(light));
+    real slack = SLACK * fmax(largest_coordinate(ray.origin, on), away <= 4 ? away : (real)0);
+    Vector back = scaled(ray.direction, -1);
+    Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
+                          : beam_of(ray.origin, ray.direction, on, slack, false);
+    if (beam.width < tree.shape.wide) {
+        int stack[STACK], top = 0, left = tree.shape.budget, e = 0;
+        real starts[STACK];
+        real end = away <= 4 ? beam_end(beam, ray.origin, back, 0, on, slack) : INFINITY;
+        while (e >= 0 && left > 0) {
+            if (e < tree.shape.node_count) {
+                wides begins;
+                left--;
+                uint bits = boxes_in_beam(beam, tree.nodes + e, end, &begins);
+                if (bits) {
+                    e = descend(tree.shape, e, bits, begins, stack, starts, &top);
+                    continue;
+                }
+            } else {
+                __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
+                for (uint bits = spheres_in_beam(beam, leaf, end); bits; bits &= bits - 1) {
+                    int k = LOWEST_BIT(bits);
+                    left--;
+                    QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
+                              ray.direction.y, ray.direction.z, leaf->center[0][k],
+                              leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
+                    clear &= !((delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]) &
+                               (-b < distance));
+                }
+                if (!ANY(clear)) return on;
+            }
+            e = next_of(stack, starts, &top, INFINITY);
+        }
+        if (e < 0) return on & !clear;
+    }
+#endif
+    __private reals limits[1] = {distance};
+    __private ints clears[1] = {clear};
+    FOR_EACH_RAY(ray, clear) {
+        if (occluded_single(tree, single, ((__private const real *)limits)[i]))
+            ((__private INTEGER *)clears)[i] = 0;
+    }
+    return on & !clears[0];
+}
+
+#endif

@@ -1,0 +1,268 @@
+"""The tree: its shape, what is in it, and that every way through it gives the bits of the list."""
+
+import numpy as np
+import pyopencl as cl
+import pytest
+from conftest import renderer_for
+from msgspec.structs import replace
+
+import clrt
+from clrt import metrics, pack, reference
+from clrt.opencl import program, tree
+from clrt.opencl.tree import Plan, Tree
+from clrt.pack import Precision
+from clrt.renderer import Renderer
+
+MATERIALS = {
+    "mirror": clrt.Material((0.1, 0, 0), (0.6, 0.1, 0.1), (1, 1, 1), 100, reflection=0.5),
+    "matte": clrt.Material((0, 0.1, 0.1), (0.1, 0.5, 0.6), (0, 0, 0), 10),
+    "shiny": clrt.Material((0.1, 0.1, 0), (0.6, 0.6, 0.1), (1, 1, 1), 1000, reflection=0.2),
+}
+CAMERA = clrt.Camera((0, 0, 1), (0, 0, 0))
+LIGHTS = (clrt.Light((5, 5, 5)), clrt.Light((-3, 2, 1), diffuse=(0.3, 0.3, 0.5)))
+SIZE = (97, 55)
+
+
+def scene_of(center, radius, seed: int = 0, **others) -> clrt.Scene:
+    random = np.random.default_rng(seed)
+    spheres = clrt.Spheres(center, radius, random.integers(0, 3, len(center)))
+    scene = clrt.Scene(CAMERA, LIGHTS, MATERIALS, spheres, max_depth=4)
+    return replace(scene, **others) if others else scene
+
+
+def cloud(n: int, seed: int = 7) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    center = random.uniform((-2, -1.2, -4), (2, 1.2, -0.5), (n, 3))
+    return center, np.full(n, 0.25 * (16.8 / n) ** (1 / 3))
+
+
+def all_radii(n: int) -> clrt.Scene:
+    """From 1e-4 to 10, small ones on and between large ones."""
+    center, _ = cloud(n)
+    radius = 10 ** np.random.default_rng(3).uniform(-4, -1, n)
+    center[:5] = [(0, -11, -2), (3, 1, -9), (-4, 2, -12), (0, 0, -30), (2, -2, -3)]
+    radius[:5] = [10, 4, 6, 9, 1.2]
+    return scene_of(center, radius)
+
+
+def among_giants() -> clrt.Scene:
+    """A plane, spheres around a light and the camera, and one close to it: not the tree's."""
+    center, radius = cloud(300)
+    special = [(0, -5001, 0), (5, 5, 5), (0, 0, 1.5), (0, 0.01, 0.96)]
+    return scene_of(
+        np.concatenate([center, special]), np.concatenate([radius, [5000, 0.5, 3, 0.03]])
+    )
+
+
+def in_rows() -> clrt.Scene:
+    """Rows and columns, so that boxes' faces, rays and centres coincide; some twice."""
+    line = np.arange(-1, 1.01, 0.25)
+    center = np.stack(np.meshgrid(line, line, [-1.0, -1.5, -2.0]), -1).reshape(-1, 3)
+    return scene_of(np.concatenate([center, center[::7]]), 0.125)
+
+
+SCENES = {
+    "cloud of 50": scene_of(*cloud(50)),
+    "cloud of 5,000": scene_of(*cloud(5000)),
+    "all radii": all_radii(500),
+    "among giants": among_giants(),
+    "in rows": in_rows(),
+    "moved": scene_of(cloud(300)[0] + (1e5, -1e5, 1e5), cloud(300)[1],
+                      camera=clrt.Camera((1e5, -1e5, 1e5 + 1), (1e5, -1e5, 1e5)),
+                      lights=[clrt.Light((1e5 + 5, 5 - 1e5, 1e5 + 5))]),
+    "long lens": scene_of(*cloud(300), camera=clrt.Camera((9, 8, 90), (0, 0, -2), fov=2.0)),
+    "turned": scene_of(*cloud(300), camera=clrt.Camera((4, 3, -1), (0, 0, -2), (0.3, 1, 0.2))),
+    "far light": scene_of(*cloud(300), lights=[clrt.Light((1e6, 2e6, 3e6))]),
+    "biased": scene_of(*cloud(300), shadow_bias=1e-3),
+}  # fmt: skip
+
+
+@pytest.fixture
+def ways(monkeypatch: pytest.MonkeyPatch):
+    """Pictures of a scene by each way through its tree, the last one without: all, in turn."""
+
+    def render(device: cl.Device, lanes: int, precision: Precision, scene: clrt.Scene):
+        found = {}
+        for way, (spheres, budget) in {
+            "both": (tree.SPHERES_IN_BEAM, tree.BUDGET),
+            "beams": (np.inf, 2**31 - 1),
+            "single rays": (0, 0),
+            "beams that give up": (np.inf, 7),
+        }.items():
+            monkeypatch.setattr(tree, "SPHERES_IN_BEAM", spheres)
+            monkeypatch.setattr(tree, "BUDGET", budget)
+            found[way] = renderer_for(device, lanes, precision).render(scene, *SIZE)
+        source = "#define BRUTE\n" + program.kernel_source()
+        monkeypatch.setattr(program, "kernel_source", lambda: source)
+        found["the list"] = Renderer(device=device, lanes=lanes, precision=precision).render(
+            scene, *SIZE
+        )
+        return found
+
+    return render
+
+
+@pytest.mark.parametrize("lanes", [16, 1])
+@pytest.mark.parametrize("name", SCENES)
+def test_every_way_gives_the_same_bits(device: cl.Device, ways, name: str, lanes: int) -> None:
+    found = ways(device, lanes, "robust", SCENES[name])
+    assert found["the list"].any()
+    for way, image in found.items():
+        assert (image == found["the list"]).all(), way
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("lanes", "precision"),
+    [(2, "robust"), (4, "robust"), (8, "robust"), (4, "double"), (16, "double")],
+)
+@pytest.mark.parametrize("name", SCENES)
+def test_every_way_with_any_lanes(device: cl.Device, ways, name, lanes, precision) -> None:
+    found = ways(device, lanes, precision, SCENES[name])
+    for way, image in found.items():
+        assert (image == found["the list"]).all(), way
+
+
+@pytest.mark.parametrize("precision", ["robust", "double"])
+@pytest.mark.parametrize("name", SCENES)
+def test_against_the_truth(device: cl.Device, name: str, precision: Precision) -> None:
+    scene = SCENES[name]
+    truth = reference.trace(replace(scene, shadow_bias=0.0), *SIZE, dtype=np.longdouble)
+    if scene.shadow_bias:
+        truth = reference.trace(scene, *SIZE, "seed")
+    image = renderer_for(device, 16, precision).render(scene, *SIZE)
+    error = metrics.pixel_error(image, truth.image)
+    off = error > metrics.QUARTER_STEP
+    # Mirrors magnify: at edges of reflections of reflections.
+    assert off.sum() <= (60 if precision == "robust" else 0)
+    assert not (off & ~metrics.edges(truth.paths)).any()
+
+
+def test_the_order_of_the_list_does_not_matter(device: cl.Device) -> None:
+    center, radius = cloud(700)
+    scene = scene_of(center, radius)
+    shuffled = np.random.default_rng(5).permutation(700)
+    spheres = scene.spheres
+    assert isinstance(spheres, clrt.Spheres)
+    index = spheres.material_index[shuffled]
+    other = clrt.Spheres(spheres.center[shuffled], spheres.radius[shuffled], index)
+    renderer = renderer_for(device, 16)
+    expected = renderer.render(scene, *SIZE)
+    assert (renderer.render(replace(scene, spheres=other), *SIZE) == expected).all()
+
+
+def test_of_equal_spheres_the_first_counts(device: cl.Device) -> None:
+    center = np.repeat([[0.0, 0.0, -2.0]], 64, axis=0)
+    materials = {name: replace(MATERIALS["matte"], diffuse=(i, 0.5, 0)) for i, name in
+                 enumerate(("first", "others"))}  # fmt: skip
+    index = [0] + [1] * 63
+    scene = clrt.Scene(CAMERA, LIGHTS, materials, clrt.Spheres(center, 0.5, index))
+    assert not renderer_for(device, 16).render(scene, *SIZE)[..., 0].any()
+
+
+def test_regions_are_crops(device: cl.Device) -> None:
+    renderer = renderer_for(device, 16)
+    scene = SCENES["among giants"]
+    for dtype in (np.float32, np.uint8):
+        whole = renderer.render(scene, *SIZE, dtype=dtype)
+        for x0, y0, x1, y1 in ((0, 0, 1, 1), (13, 7, 58, 31), (90, 50, 97, 55)):
+            part = renderer.render(scene, *SIZE, dtype=dtype, region=(x0, y0, x1, y1))
+            assert (part == whole[y0:y1, x0:x1]).all()
+
+
+def test_colors_of_spheres_multiply_ambient_and_diffuse(device: cl.Device) -> None:
+    """With a tree and without; against materials of those colours."""
+    for n in (10, 200):
+        center, radius = cloud(n)
+        color = np.random.default_rng(1).uniform(0, 1, (n, 3))
+        base = MATERIALS["shiny"]
+        materials = {
+            str(i): replace(base, ambient=c * base.ambient, diffuse=c * base.diffuse)
+            for i, c in enumerate(color)
+        }
+        names = [str(i) for i in range(n)]
+        expected = clrt.Scene(CAMERA, LIGHTS, materials, clrt.Spheres(center, radius, names))
+        own = clrt.Spheres(center, radius, "shiny", color)
+        scene = clrt.Scene(CAMERA, LIGHTS, MATERIALS, own)
+        renderer = renderer_for(device, 16, "robust")
+        image = renderer.render(scene, *SIZE)
+        assert abs(image - renderer.render(expected, *SIZE)).max() < 1e-6
+        truth = reference.trace(scene, *SIZE)
+        assert metrics.pixel_error(image, truth.image)[~metrics.edges(truth.paths)].max() < 1e-4
+
+
+@pytest.mark.parametrize("n", [1, 15, 16, 17, 255, 256, 257, 4096, 4097, 70_000, 1 << 20, 10**7])
+def test_a_plan_holds_all_and_wastes_little(n: int) -> None:
+    plan = Plan.of(n)
+    assert plan.leaf_count * tree.WIDE >= n
+    assert 1 <= plan.root <= tree.WIDE
+    assert 1 <= plan.leaves <= tree.WIDE
+    assert n < 4096 or plan.leaf_count * tree.WIDE <= 1.13 * n
+
+
+@pytest.mark.parametrize("n", [1, 16, 100, 257, 5000, 66_000])
+def test_each_sphere_is_in_one_leaf_and_in_all_boxes_above(device: cl.Device, n: int) -> None:
+    random = np.random.default_rng(n)
+    beads = random.uniform(-1, 1, (n, 4)).astype(np.float32)
+    beads[:, 3] = 0.01 * abs(beads[:, 3]) + 1e-5
+    beads[::9, 3] = np.nan  # in the list beside it
+    context = cl.Context([device])
+    queue = cl.CommandQueue(context)
+    used = pack.Features(4, "robust", "float", False, False, False, True, False).options
+    built = cl.Program(context, program.kernel_source()).build(options=used)
+    kernels = program.kernels(built)
+    made = Tree(beads, queue, kernels)
+    found = made.fit(beads, kernels)
+    shape, plan = found["shape"][0], made.plan
+    nodes = np.zeros(shape["node_count"], tree.node_dtype(np.float32))
+    leaves = np.zeros(plan.leaf_count, tree.leaf_dtype(np.float32))
+    cl.enqueue_copy(queue, nodes, found["nodes"])
+    cl.enqueue_copy(queue, leaves, found["leaves"])
+    ids = leaves["id"][leaves["id"] >= 0]
+    assert sorted(ids) == np.flatnonzero(beads[:, 3] > 0).tolist()
+
+    def inside(e: int) -> np.ndarray:
+        """The spheres below node or leaf e; checks the boxes on the way."""
+        if e >= shape["node_count"]:
+            found = leaves["id"][e - shape["node_count"]]
+            return found[found >= 0]
+        if e >= shape["lowest"]:
+            below = shape["per_node"] * e + shape["outer"] + np.arange(plan.leaves)
+        else:
+            count = plan.root if e == 0 else tree.WIDE
+            below = 16 * e + (shape["inner"] if e else 1) + np.arange(count)
+        all_found = []
+        for k, child in enumerate(below):
+            found = inside(int(child))
+            center, radius = beads[found, :3], beads[found, 3:]
+            assert (nodes["lo"][e, :, k] <= center - radius).all()
+            assert (nodes["hi"][e, :, k] >= center + radius).all()
+            all_found.append(found)
+        assert (nodes["lo"][e, :, len(below) :] == np.inf).all()
+        return np.concatenate(all_found)
+
+    assert len(inside(0)) == len(ids)
+
+
+def test_structs() -> None:
+    assert tree.node_dtype(np.float32).itemsize == 384
+    assert tree.leaf_dtype(np.float32).itemsize == 320
+    assert tree.node_dtype(np.float64).itemsize == 768
+    assert tree.leaf_dtype(np.float64).itemsize == 576
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [10**5, 10**6])
+def test_many(n: int) -> None:
+    """300 pixels against the truth."""
+    scene = scene_of(*cloud(n))
+    random = np.random.default_rng(2)
+    pixels = [(int(r), int(c)) for r, c in random.integers(0, (540, 960), (300, 2))]
+    truth = reference.trace(scene, 960, 540, pixels=pixels)
+    with Renderer() as renderer:
+        image = renderer.render(scene, 960, 540)
+        paths = renderer.paths(scene, 960, 540)
+    rows, columns = np.transpose(pixels)
+    same = paths[rows, columns] == truth.paths
+    assert same.mean() > 0.97  # mirrors magnify
+    assert abs(image[rows, columns] - truth.image)[same].max() < 5e-3
