@@ -26,7 +26,7 @@ def animate(
     height: int,
     *,
     frames: Iterable[int] | None = None,
-    dtype: DTypeLike = np.float32,
+    dtype: DTypeLike | None = None,
     renderer: Renderer | None = None,
 ) -> Generator[Array, None, None]:
     """Renders the frames of a scene's animation, one after the other.

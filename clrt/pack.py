@@ -352,8 +352,9 @@ def _beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
 def tree_keys(spheres: Spheres) -> Array:
     """What a tree is ordered by, (spheres, 4) float32: centre and twice the radius, in units of the
     box around the centres."""
-    low, high = spheres.center.min(axis=0), spheres.center.max(axis=0)
-    middle = low.astype(np.float64) / 2 + high.astype(np.float64) / 2
+    sides = spheres.center.T.astype(np.float64, copy=False)  # each by itself: twice as fast
+    low, high = (np.array([find(side) for side in sides]) for find in (np.min, np.max))
+    middle = low / 2 + high / 2
     unit = float(np.max(high / 2 - low / 2)) or 1.0
     keys = np.empty((len(spheres), 4), np.float32)
     for block in _blocks(len(spheres)):

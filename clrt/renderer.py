@@ -2,6 +2,7 @@
 
 import math
 import operator
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -81,6 +82,8 @@ class Renderer:
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._world: pack.World | None = None
         self._tree: Tree | None = None
+        self._spare = np.empty(0, np.uint8)  # the memory of the last film
+        self._unused = 0  # how many references there are to it if nobody has the film
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
@@ -101,6 +104,8 @@ class Renderer:
         with self._lock:
             self._queue.finish()
             self._programs.clear()
+            self._world = self._tree = None
+            self._spare = np.empty(0, np.uint8)
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -118,8 +123,9 @@ class Renderer:
         width: int,
         height: int,
         *,
-        dtype: DTypeLike = np.float32,
+        dtype: DTypeLike | None = None,
         region: Region | None = None,
+        out: NDArray[Any] | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> NDArray[Any]:
         """Renders a picture.
@@ -127,57 +133,61 @@ class Renderer:
         Args:
             scene: a scene, or what load_scene() takes.
             width, height: of the whole picture, pixels.
-            dtype: float32 gives linear colours, not clipped; uint8 gives round(255 c) of them,
-                clipped to [0, 1].
+            dtype: float32, the default, gives linear colours, not clipped; uint8 gives
+                round(255 c) of them, clipped to [0, 1].
             region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
                 y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
+            out: a film to fill, of the shape that is returned, float32 or uint8, of any strides.
             progress: called with the number of rows just finished. It may raise, which ends the
                 picture.
 
         Returns:
-            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3).
+            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3): `out`, or an array of the
+            caller's own, whose memory is taken again when nobody has a reference to it any more.
 
         Raises:
-            RequestError: there is no such scene, size, region or dtype.
+            RequestError: there is no such scene, size, region or dtype, or `out` is not so.
             OutputError: the film does not fit into memory.
             DeviceError: the device fails.
         """
         check_process()
         scene = as_scene(scene)
         with self._lock, self._errors():
-            return self._film(scene, (width, height), (3,), color_film(dtype), region, progress)
+            return self._film(
+                scene, (width, height), 3, film_kind(dtype, out), region, out, progress
+            )
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
         check_process()
         with self._lock, self._errors():
-            return self._film(scene, (width, height), (), "paths")
+            return self._film(scene, (width, height), 1, "paths")[..., 0]
 
     def _film(
         self,
         scene: Scene,
         size: tuple[int, int],
-        channels: tuple[int, ...],
+        channels: int,
         kind: Film,
         region: Region | None = None,
+        out: NDArray[Any] | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> NDArray[Any]:
         width, height = check_size(*size)
         left, top, right, bottom = check_region(region, width, height)
+        wanted = bottom - top, right - left, channels
+        if out is not None and (out.shape != wanted or not out.flags.writeable):
+            raise RequestError(f"out: expected a writeable array of {wanted}, got {out.shape}")
         features, kernels = self._program(scene, kind)
-        world = self._packed_world(scene)
-        arguments = pack.arguments(world, scene, width, height)
-        if features.tree:
-            if self._tree is None:
-                self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
-            arguments |= self._tree.fit(arguments["beads"], kernels)
+        arguments = self._arguments(scene, width, height, features, kernels)
         # From the packet on that `left` is in: so every packet is one of the whole picture's.
         columns, _ = features.packet
         first = left // columns * columns
-        dtype = np.dtype(pack.FILMS[kind])
-        shape = (bottom - top, right - first, *channels)
-        memory.require(math.prod(shape) * dtype.itemsize, f"a film of {shape[1]}x{shape[0]}")
-        film = np.empty(shape, dtype)
+        shape = bottom - top, right - first, channels
+        if out is not None and out.flags.c_contiguous and shape == wanted:
+            film = out
+        else:
+            film = self._memory(shape, np.dtype(pack.FILMS[kind]))
         self.kernel_seconds = bands.fill(
             film,
             (first, top),
@@ -187,19 +197,56 @@ class Renderer:
             arguments,
             progress,
         )
+        if film is out:
+            return out
+        if out is not None:
+            out[...] = film[:, left - first :]
+            return out
         if left == first:
             return film
         # The columns before `left` are dropped where the film is: it may be as large as memory.
-        flat, length = film.reshape(-1), math.prod(channels) * (right - left)
+        flat, length = film.reshape(-1), channels * (right - left)
         for i, row in enumerate(film):
             flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
-        return flat[: len(film) * length].reshape(len(film), right - left, *channels)
+        return flat[: len(film) * length].reshape(wanted)
 
-    def prepare(self, scene: Scene, dtype: DTypeLike = np.float32) -> None:
+    def _memory(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
+        """A film, in the memory of the last one if nobody has that any more: to get new memory from
+        the system, page by page, takes longer than to render a simple scene."""
+        size = math.prod(shape) * dtype.itemsize
+        spare = self._spare
+        if not (size <= spare.size <= 2 * size and self._references() == self._unused):
+            self._spare = spare = np.empty(0, np.uint8)  # the old goes before the new comes
+            memory.require(size, f"a film of {shape[1]}x{shape[0]}")
+            self._spare = spare = np.empty(size, np.uint8)
+            self._unused = self._references()
+        return spare[:size].view(dtype).reshape(shape)
+
+    def _references(self) -> int:
+        """How many there are to the memory of the last film, with every view of it."""
+        return sys.getrefcount(self._spare)
+
+    def _arguments(
+        self,
+        scene: Scene,
+        width: int,
+        height: int,
+        features: Features,
+        kernels: "dict[str, cl.Kernel]",
+    ) -> dict[str, Any]:
+        world = self._packed_world(scene)
+        arguments = pack.arguments(world, scene, width, height)
+        if features.tree:
+            if self._tree is None:
+                self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+            arguments |= self._tree.fit(arguments["beads"], kernels)
+        return arguments
+
+    def prepare(self, scene: Scene, dtype: DTypeLike | None = None) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
         check_process()
         with self._lock, self._errors():
-            self._program(scene, color_film(dtype))
+            self._program(scene, film_kind(dtype))
 
     def _packed_world(self, scene: Scene) -> pack.World:
         """What is packed of a scene while only its camera changes."""
@@ -254,20 +301,27 @@ def default_lanes(device: "cl.Device") -> int:
     return max(LANES) if device.type & cl.device_type.CPU else 1
 
 
-def color_film(dtype: DTypeLike) -> Film:
-    """The kind of film whose pixels are float32 or uint8.
+def film_kind(dtype: DTypeLike | None, out: NDArray[Any] | None = None) -> Film:
+    """The kind of film whose pixels are float32, the default, or uint8.
 
     Raises:
-        RequestError: they are neither.
+        RequestError: they are neither, or are not those of `out`.
     """
     try:
-        found = np.dtype(dtype)
+        wanted = np.dtype(np.float32 if dtype is None else dtype)
     except TypeError:
-        found = np.dtype(object)
+        wanted = np.dtype(object)
+    if out is not None:
+        if not isinstance(out, np.ndarray):
+            raise RequestError(f"out: expected an array, got {type(out).__name__}")
+        if dtype is not None and wanted != out.dtype:
+            raise RequestError(f"dtype: expected that of out, {out.dtype}, got {dtype!r}")
+        wanted = out.dtype
     for film in ("float", "bytes"):
-        if found == pack.FILMS[film]:
+        if wanted == pack.FILMS[film]:
             return film
-    raise RequestError(f"dtype: expected float32 or uint8, got {dtype!r}")
+    got = wanted if dtype is None else repr(dtype)
+    raise RequestError(f"dtype: expected float32 or uint8, got {got}")
 
 
 def check_size(width: int, height: int) -> tuple[int, int]:
@@ -310,7 +364,7 @@ def render(
     width: int,
     height: int,
     *,
-    dtype: DTypeLike = np.float32,
+    dtype: DTypeLike | None = None,
     region: Region | None = None,
     precision: Precision = "robust",
     lanes: int | None = None,

@@ -142,7 +142,11 @@ static uint lane_bits(ints mask) {
     return bits;
 #endif
 }
+#if __has_builtin(__builtin_ctz)
+#define LOWEST_BIT(bits) __builtin_ctz(bits)
+#else
 #define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
+#endif
 
 static Hit closer_of(Hit hit, ints met, reals distance, int id) {
     ints mask =
@@ -330,6 +334,15 @@ static int descend(Shape shape, int e, uint bits, wides begins, int *stack, real
     return stack[count - 1];
 }
 
+// As descend(), for a ray that any hit ends: in no order.
+static int descend_anyhow(Shape shape, int e, uint bits, int *stack, int *top) {
+    for (; bits & (bits - 1); bits &= bits - 1) {
+        stack[*top] = child_of(shape, e, LOWEST_BIT(bits));
+        *top += 1;
+    }
+    return child_of(shape, e, LOWEST_BIT(bits));
+}
+
 // The next of the stack that begins before `end`; -1 if there is none.
 static int next_of(const int *stack, const real *starts, int *top, real end) {
     while (*top > 0) {
@@ -424,20 +437,19 @@ static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *spher
 static bool occluded_single(Tree tree, Single ray, real limit) {
     Slabs slabs = slabs_of(ray);
     int stack[STACK], top = 0;
-    real starts[STACK];
     for (int e = 0; e >= 0;) {
         if (e < tree.shape.node_count) {
             wides begins;
             uint bits = boxes_on_ray(slabs, tree.nodes + e, limit, &begins);
             if (bits) {
-                e = descend(tree.shape, e, bits, begins, stack, starts, &top);
+                e = descend_anyhow(tree.shape, e, bits, stack, &top);
                 continue;
             }
         } else {
             LEAF_QUADRATIC(ray, tree.leaves + (e - tree.shape.node_count))
             if (wide_bits(met & (-b < limit))) return true;
         }
-        e = next_of(stack, starts, &top, INFINITY);
+        e = top > 0 ? stack[--top] : -1;
     }
     return false;
 }

@@ -298,3 +298,48 @@ def test_refuses(options: dict, said: str) -> None:
 def test_refuses_a_size_of_none() -> None:
     with pytest.raises(clrt.RequestError, match="size"):
         clrt.render(clrt.load_scene("four-spheres"), 0, 5)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.uint8])
+def test_out_is_filled(device: cl.Device, dtype) -> None:
+    renderer = renderer_for(device, 16)
+    expected = renderer.render("sunflower", 101, 67, dtype=dtype)
+    film = np.zeros((67, 101, 3), dtype)
+    assert renderer.render("sunflower", 101, 67, out=film) is film
+    assert (film == expected).all()
+    wide = np.zeros((67, 202, 4), dtype)
+    assert (renderer.render("sunflower", 101, 67, out=wide[:, ::2, :3]) == expected).all()
+    assert not wide[:, 1::2].any()
+    part = np.zeros((10, 20, 3), dtype)[::-1]
+    renderer.render("sunflower", 101, 67, region=(33, 5, 53, 15), out=part)
+    assert (part == expected[5:15, 33:53]).all()
+
+
+@pytest.mark.parametrize(
+    ("out", "options", "said"),
+    [
+        (np.zeros((9, 8, 3)), {}, "dtype: expected float32 or uint8, got float64"),
+        (np.zeros((9, 8, 3), np.float32), {"dtype": "uint8"}, "dtype: expected that of out, float"),
+        (np.zeros((8, 9, 3), np.float32), {}, r"out: expected a writeable array of \(9, 8, 3\)"),
+        (np.broadcast_to(np.float32(0), (9, 8, 3)), {}, "out: expected a writeable array"),
+        ([[0.0]], {}, "out: expected an array, got list"),
+    ],
+)
+def test_refuses_an_out(out, options: dict, said: str) -> None:
+    with pytest.raises(clrt.RequestError, match=said):
+        Renderer().render("four-spheres", 8, 9, out=out, **options)
+
+
+def test_memory_is_taken_again_when_nobody_has_it() -> None:
+    with Renderer() as renderer:
+        first = renderer.render("four-spheres", 64, 36)
+        place, copied = first.ctypes.data, first.copy()
+        held = first[3:]  # a part of it is enough
+        del first
+        assert renderer.render("sunflower", 64, 36).ctypes.data != place
+        assert (held == copied[3:]).all()
+        del held
+        second = renderer.render("four-spheres", 64, 36)
+        place = second.ctypes.data
+        del second
+        assert renderer.render("sunflower", 64, 36).ctypes.data == place
