@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import harness, peers
+from benchmarks import harness, many, peers
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -164,6 +164,19 @@ def animation(figures: Figures) -> str:
     return f"{harness.table(head, rows)}\n\npeak memory, 160x90: {peaks}"
 
 
+def many_spheres(figures: Figures) -> str:
+    return harness.table(many.HEAD, [many.row(figure) for figure in figures["figures"]])
+
+
+def script(figures: Figures) -> str:
+    rows = [
+        (f"{f['spheres']:,}", f"{f['median']:.2f}", f"{f['min']:.2f}-{f['max']:.2f}",
+         f"{f['peak_mb']:,.0f}")
+        for f in figures["script"]
+    ]  # fmt: skip
+    return harness.table(("atoms", "s", "spread", "peak memory, MB"), rows)
+
+
 # The name between a table's markers, the part whose figures it takes, and what makes it of them.
 TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "accuracy-short": ("accuracy", accuracy_short),
@@ -174,6 +187,8 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "command": ("speed", whole_command),
     "targets": ("targets", targets),
     "animation": ("animation", animation),
+    "many": ("many", many_spheres),
+    "script": ("many", script),
 }
 
 

@@ -188,15 +188,7 @@ class Renderer:
             film = out
         else:
             film = self._memory(shape, np.dtype(pack.FILMS[kind]))
-        self.kernel_seconds = bands.fill(
-            film,
-            (first, top),
-            features.packet,
-            self._queue,
-            kernels["render"],
-            arguments,
-            progress,
-        )
+        self._trace(film, (first, top), features, kernels, arguments, progress)
         if film is out:
             return out
         if out is not None:
@@ -226,6 +218,23 @@ class Renderer:
         """How many there are to the memory of the last film, with every view of it."""
         return sys.getrefcount(self._spare)
 
+    def _trace(
+        self,
+        film: NDArray[Any],
+        corner: tuple[int, int],
+        features: Features,
+        kernels: "dict[str, cl.Kernel]",
+        arguments: dict[str, Any],
+        progress: Callable[[int], object] | None,
+    ) -> None:
+        self.kernel_seconds = bands.fill(
+            film, corner, features.packet, self._queue, kernels["render"], arguments, progress
+        )
+        # The order of spheres that move is kept, and costs more from picture to picture. Once it
+        # costs more than a new one it goes.
+        if self._tree is not None and self._tree.is_worn_out(film.size, self.kernel_seconds):
+            self._tree = None
+
     def _arguments(
         self,
         scene: Scene,
@@ -251,7 +260,9 @@ class Renderer:
     def _packed_world(self, scene: Scene) -> pack.World:
         """What is packed of a scene while only its camera changes."""
         if self._world is None or not self._world.is_of(scene):
-            self._world, self._tree = pack.pack_world(scene, self.precision), None
+            before, self._world = self._world, pack.pack_world(scene, self.precision)
+            if before is None or len(before.spheres) != len(self._world.spheres):
+                self._tree = None  # else its order may still do: see _trace()
         return self._world
 
     def _program(self, scene: Scene, film: Film) -> "tuple[Features, dict[str, cl.Kernel]]":

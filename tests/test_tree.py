@@ -23,8 +23,8 @@ LIGHTS = (clrt.Light((5, 5, 5)), clrt.Light((-3, 2, 1), diffuse=(0.3, 0.3, 0.5))
 SIZE = (97, 55)
 
 
-def scene_of(center, radius, seed: int = 0, **others) -> clrt.Scene:
-    random = np.random.default_rng(seed)
+def scene_of(center, radius, **others) -> clrt.Scene:
+    random = np.random.default_rng(0)
     spheres = clrt.Spheres(center, radius, random.integers(0, 3, len(center)))
     scene = clrt.Scene(CAMERA, LIGHTS, MATERIALS, spheres, max_depth=4)
     return replace(scene, **others) if others else scene
@@ -61,7 +61,21 @@ def in_rows() -> clrt.Scene:
     return scene_of(np.concatenate([center, center[::7]]), 0.125)
 
 
+def touching() -> clrt.Scene:
+    """Spheres that stand on rays of the middle row to a few roundings, and on shadow rays in its
+    plane, y = 0: so the faces of boxes lie on rays."""
+    random = np.random.default_rng(11)
+    radius = random.uniform(0.005, 0.05, 960).astype(np.float32)
+    depth, column = random.uniform(1.3, 5, 960), random.integers(0, SIZE[0], 960)
+    center = np.zeros((960, 3), np.float32)
+    center[:, 0] = depth * np.linspace(-1, 1, SIZE[0])[column]
+    center[:, 2] = 1 - depth
+    center[:, 1] = radius + random.integers(-6, 2, 960) * np.spacing(radius)
+    return scene_of(center, radius, lights=[clrt.Light((3, 0, 2)), clrt.Light((0, 5, 0))])
+
+
 SCENES = {
+    "touching": touching(),
     "cloud of 50": scene_of(*cloud(50)),
     "cloud of 5,000": scene_of(*cloud(5000)),
     "all radii": all_radii(500),
@@ -249,6 +263,25 @@ def test_structs() -> None:
     assert tree.leaf_dtype(np.float32).itemsize == 320
     assert tree.node_dtype(np.float64).itemsize == 768
     assert tree.leaf_dtype(np.float64).itemsize == 576
+
+
+def test_spheres_that_move_keep_their_order_until_it_wears_out(device: cl.Device) -> None:
+    center, radius = cloud(3000)
+    scene, other = scene_of(center, radius), scene_of(*cloud(3000, seed=8))
+    expected = Renderer(device=device).render(other, *SIZE)
+    renderer = Renderer(device=device)
+    renderer.render(scene, *SIZE)
+    made = renderer._tree
+    assert made is not None
+    made.build_seconds = np.inf
+    assert (renderer.render(other, *SIZE) == expected).all()
+    assert renderer._tree is made
+    made.build_seconds = -1.0
+    assert (renderer.render(other, *SIZE) == expected).all()
+    assert renderer._tree is None
+    assert (renderer.render(other, *SIZE) == expected).all()
+    renderer.render(scene_of(*cloud(3001)), *SIZE)
+    assert renderer._tree not in (None, made)
 
 
 @pytest.mark.slow

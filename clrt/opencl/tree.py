@@ -3,6 +3,7 @@
 kernels/build.cl does the work, kernels/tree.cl says how a tree is laid out.
 """
 
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +97,7 @@ class Tree:
     ) -> None:
         import pyopencl as cl
 
+        started = time.perf_counter()
         self.n = np.int64(len(keys))
         self.plan = Plan.of(len(keys))
         self._queue = queue
@@ -113,6 +115,8 @@ class Tree:
                 np.int32(start), np.int32(end),
             )  # fmt: skip
         queue.finish()
+        self.build_seconds = time.perf_counter() - started
+        self._at_first: tuple[int, float] | None = None  # a picture's size, and how long it took
 
     def fit(self, beads: Array, kernels: "dict[str, cl.Kernel]") -> dict[str, Any]:
         """Moves leaves and boxes to where the spheres are.
@@ -144,6 +148,7 @@ class Tree:
             children = plan.root if level == 0 else WIDE
             places = (starts[level + 1], starts[level], counts[level], children)
             self._run(kernels["fit_nodes"], counts[level], self._nodes, *map(np.int32, places))
+        self._queue.finish()  # the device reads `beads` itself: an error must not free it
         shape = np.zeros(1, shape_dtype(real))
         shape["node_count"], shape["lowest"] = starts[-1], starts[lowest]
         shape["per_node"], shape["inner"] = plan.leaves, plan.root - WIDE + 1
@@ -151,6 +156,13 @@ class Tree:
         shape["wide"] = 4 * np.pi * SPHERES_IN_BEAM / max(len(beads), 1)
         shape["budget"] = BUDGET
         return {"beads": where, "nodes": self._nodes, "leaves": self._leaves, "shape": shape}
+
+    def is_worn_out(self, size: int, seconds: float) -> bool:
+        """Whether a picture of that size takes longer than the first one of a new tree would, with
+        the building of that tree."""
+        if self._at_first is None or self._at_first[0] != size:
+            self._at_first = size, seconds
+        return seconds > self._at_first[1] + self.build_seconds
 
     def _run(self, kernel: "cl.Kernel", items: int, *arguments: Any) -> None:
         import pyopencl as cl

@@ -1,0 +1,239 @@
+"""Many spheres: what a tree costs and what it saves, from ten spheres to ten millions."""
+
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+import clrt
+from benchmarks import harness
+from clrt import pack
+from clrt.opencl.tree import Tree
+from clrt.renderer import Renderer
+from clrt.scene import Scene
+
+Array = NDArray[Any]
+HEAD = ("spheres, depth; ms", "build", "each picture", "trace", "spread", "list", "Embree", "x")
+LINEAR_TO = 1000  # spheres that are also timed without a tree
+
+SCRIPT = """
+import resource, sys, time
+started = time.perf_counter()
+import numpy as np, clrt
+data = np.load(sys.argv[1])
+spheres = clrt.Spheres(data["center"], data["radius"], "atom")
+atom = clrt.Material((0.1, 0.1, 0.1), (0.6, 0.6, 0.6), (0.3, 0.3, 0.3), 100)
+camera, light = clrt.Camera((0, 0, 1), (0, 0, 0)), clrt.Light((5, 5, 5))
+scene = clrt.Scene(camera, (light,), {"atom": atom}, spheres)
+clrt.save(sys.argv[2], clrt.render(scene, 1920, 1080, dtype="uint8"))
+print(time.perf_counter() - started, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)
+"""
+
+
+def random(n: int) -> Array:
+    """(n, 4): spheres of one radius in a box before the camera, which fill 6.5 % of it."""
+    low, high = np.array([-2, -1.2, -4.0]), np.array([2, 1.2, -0.5])
+    center = np.random.default_rng(1234 + n).random((n, 3)) * (high - low) + low
+    radius = 0.25 * (np.prod(high - low) / n) ** (1 / 3)
+    return np.column_stack([center, np.full(n, radius)])
+
+
+def molecule(n: int) -> Array:
+    """(n, 4): atoms on a jittered lattice of 1.5 Å that fills a ball, of radii 1.2 to 1.8 Å."""
+    generator = np.random.default_rng(99 + n)
+    across = int(np.ceil((n * 6 / np.pi) ** (1 / 3))) + 2
+    axis = np.arange(across, dtype=np.float32) - (across - 1) / 2 + 0.17
+    lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    square = np.einsum("ij,ij->i", lattice, lattice)
+    lattice = lattice[np.argpartition(square, n - 1)[:n]]
+    unit = 0.95 / np.sqrt(np.einsum("ij,ij->i", lattice, lattice).max())
+    center = (lattice + generator.uniform(-0.2, 0.2, lattice.shape)) * unit + (0, 0, -1)
+    kinds = np.array([1.2, 1.52, 1.55, 1.7, 1.8]) / 1.5
+    radius = generator.choice(kinds, n, p=[0.45, 0.15, 0.1, 0.28, 0.02]) * unit
+    return np.column_stack([center, radius])[generator.permutation(n)]
+
+
+# The kind of spheres, and rays: how many segments of a path.
+KINDS: tuple[tuple[str, Callable[[int], Array], int], ...] = (
+    ("random", random, 3), ("random", random, 1), ("molecule", molecule, 1),
+)  # fmt: skip
+
+
+def scene_of(spheres: Array, depth: int) -> Scene:
+    """Three materials, mirrors if depth is more than 1, and one light."""
+    colors = (
+        ((0.1, 0, 0), (0.7, 0, 0)),
+        ((0.1, 0, 0.1), (0.7, 0, 0.7)),
+        ((0, 0.1, 0), (0, 0.6, 0)),
+    )
+    materials = {
+        str(i): clrt.Material(ambient, diffuse, (1, 1, 1), 100, 0.5 * (depth > 1))
+        for i, (ambient, diffuse) in enumerate(colors)
+    }
+    arrays = clrt.Spheres(spheres[:, :3], spheres[:, 3], np.arange(len(spheres)) % 3)
+    camera, light = clrt.Camera((0, 0, 1), (0, 0, 0)), clrt.Light((5, 5, 5))
+    return clrt.Scene(camera, (light,), materials, arrays, max_depth=depth)
+
+
+@click.command("many")
+@click.option("--embree", type=click.Path(exists=True, path_type=Path), metavar="PROGRAM",
+              help="A program to time in turn: PROGRAM embree 16 FRAMES WIDTH HEIGHT FILE N DEPTH "
+              "reads N spheres as float32 x y z radius and prints 'med N ms' for its build and for "
+              "a frame.")  # fmt: skip
+@click.pass_obj
+def command(quick: bool, embree: Path | None) -> None:
+    """Times the tree for 10 to 10^7 spheres, beside the list where that is bearable."""
+    size, turns = ((480, 270), 1) if quick else ((1920, 1080), 3)
+    counts = [100, 1000] if quick else [10**k for k in range(1, 8)]
+    figures: list[dict[str, Any]] = []
+    for kind, make, depth in KINDS:
+        for n in counts:
+            if kind == "molecule" and n < 100:
+                continue
+            found = measure(make(n), depth, size, turns, embree)
+            figures.append({"kind": kind, "spheres": n, "depth": depth, **found})
+            print(f"{kind} {n:,}, depth {depth}: done", file=sys.stderr)
+    print(f"{size[0]}x{size[1]}, ms\n")
+    print(harness.table(HEAD, [row(figure) for figure in figures]))
+    crossover = {f"{k}, depth {d}": crossing(figures, k, d) for k, _, d in KINDS}
+    for what, n in crossover.items():
+        print(f"\n{what}: the tree is quicker than the list from {n:.0f} spheres on")
+    script = [] if quick else whole_script(turns)
+    for figure in script:
+        print(f"\n{figure['spheres']:,} atoms, .npz to .png: {figure['median']:.2f} s "
+              f"({figure['min']:.2f}-{figure['max']:.2f}), {figure['peak_mb']:.0f} MB")  # fmt: skip
+    folder = harness.results_folder(quick)
+    record = {"size": size, "figures": figures, "crossover": crossover, "script": script}
+    harness.record(folder, "many", record)
+    plot(figures, folder / "many.png")
+
+
+def measure(
+    spheres: Array, depth: int, size: tuple[int, int], turns: int, embree: Path | None
+) -> dict[str, Any]:
+    """Seconds: to build, to pack and fit for each picture, to trace; by the list; by Embree."""
+    scene = scene_of(spheres, depth)
+    frames = 5 if len(spheres) <= 10**5 else 3
+    saved = pack.TREE_FROM
+    contenders: dict[str, Callable[[], float]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            pack.TREE_FROM = 0
+            renderer = Renderer()
+            contenders["trace"] = harness.kernel_time(renderer, scene, *size, np.float32, frames)
+            contenders["trace"]()  # packs and builds, with a tree however few there are
+            if len(spheres) <= LINEAR_TO:
+                pack.TREE_FROM = sys.maxsize
+                listed = Renderer()
+                contenders["list"] = harness.kernel_time(listed, scene, *size, np.float32, 1)
+                contenders["list"]()
+        finally:
+            pack.TREE_FROM = saved
+        builds: list[float] = []
+        if embree is not None:
+            path = Path(folder) / "spheres.f32"
+            spheres.astype(np.float32).tofile(path)
+            words = ["embree", "16", "3", *map(str, size), str(path), str(len(spheres)), str(depth)]
+
+            def other() -> float:
+                done = subprocess.run([embree.resolve(), *words], capture_output=True, text=True)
+                build, frame = map(float, re.findall(r"med +([\d.]+) ms", done.stdout))
+                builds.append(build / 1e3)
+                return frame / 1e3
+
+            contenders["embree"] = other
+        seconds = harness.in_turn(contenders, turns)
+    features, kernels = renderer._program(scene, "float")
+    world = renderer._packed_world(scene)
+    assert features.tree
+
+    def build() -> None:
+        Tree(pack.tree_keys(world.spheres), renderer._queue, kernels)
+
+    def fit() -> None:
+        renderer._arguments(scene, *size, features, kernels)
+        renderer._queue.finish()
+
+    found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}
+    for what, run in (("build", build), ("picture", fit)):
+        found[what] = harness.summary([harness.wall(run)() for _ in range(turns + 1)][1:])
+    if builds:
+        found["embree_build"] = harness.summary(builds)
+    return found
+
+
+def row(figure: dict[str, Any]) -> Sequence[str]:
+    def ms(what: str) -> str:
+        return f"{1e3 * figure[what]['median']:,.1f}" if what in figure else ""
+
+    trace = figure["trace"]
+    ratio = f"{figure['embree']['median'] / trace['median']:.2f}" if "embree" in figure else ""
+    return (
+        f"{figure['kind']} {figure['spheres']:,}, {figure['depth']}",
+        ms("build"),
+        ms("picture"),
+        ms("trace"),
+        f"{1e3 * trace['min']:.1f}-{1e3 * trace['max']:.1f}",
+        ms("list"),
+        ms("embree"),
+        ratio,
+    )
+
+
+def crossing(figures: list[dict[str, Any]], kind: str, depth: int) -> float:
+    """Where the times of tree and list are equal, by straight lines in logarithms."""
+    rows = [f for f in figures if (f["kind"], f["depth"]) == (kind, depth) and "list" in f]
+    counts = np.log([f["spheres"] for f in rows])
+    gain = np.log([f["list"]["median"] / f["trace"]["median"] for f in rows])
+    if (gain > 0).all() or (gain < 0).all():
+        return float("nan")
+    i = int(np.argmax(gain > 0))
+    slope = (gain[i] - gain[i - 1]) / (counts[i] - counts[i - 1])
+    return float(np.exp(counts[i] - gain[i] / slope))
+
+
+def whole_script(turns: int) -> list[dict[str, Any]]:
+    """From a file of atoms to a PNG, 1920x1080, as a Python script that is run again."""
+    found = []
+    for n in (10**5, 10**6, 10**7):
+        with tempfile.TemporaryDirectory() as folder:
+            spheres = molecule(n).astype(np.float32)
+            path = Path(folder) / "atoms.npz"
+            np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
+            taken, peaks = [], []
+            for _ in range(turns + 1):
+                started = time.perf_counter()
+                words = [sys.executable, "-c", SCRIPT, str(path), f"{folder}/a.png"]
+                done = subprocess.run(words, capture_output=True, text=True, check=True)
+                taken.append(time.perf_counter() - started)
+                peaks.append(float(done.stdout.split()[1]))
+            found.append(
+                {"spheres": n, **harness.summary(taken[1:]), "peak_mb": statistics.median(peaks)}
+            )
+    return found
+
+
+def plot(figures: list[dict[str, Any]], path: Path) -> None:
+    """Time against the number of spheres, both logarithmic."""
+    drawn, axes = harness.figure()
+    for kind, _, depth in KINDS:
+        rows = [f for f in figures if (f["kind"], f["depth"]) == (kind, depth)]
+        for what, style in (("trace", "o-"), ("list", "s:"), ("embree", "x--")):
+            some = [f for f in rows if what in f]
+            if some:
+                x, y = zip(*((f["spheres"], 1e3 * f[what]["median"]) for f in some), strict=True)
+                label = {"trace": "clrt", "list": "clrt's list", "embree": "Embree"}[what]
+                axes.loglog(x, y, style, label=f"{label}, {kind}, depth {depth}")
+    axes.set(xlabel="spheres", ylabel="ms for a picture of 1920x1080; lower is better")
+    axes.legend(fontsize=7)
+    drawn.savefig(path, dpi=110)
+    print(f"{path}: written")
