@@ -1,5 +1,6 @@
 """Many spheres: what a tree costs and what it saves, from ten spheres to ten millions."""
 
+import importlib.util
 import re
 import statistics
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +28,7 @@ HEAD = ("spheres, depth; ms", "build", "each picture", "trace", "spread", "list"
 LINEAR_TO = 1000  # spheres that are also timed without a tree
 
 SCRIPT = """
-import resource, sys, time
-started = time.perf_counter()
+import re, sys
 import numpy as np, clrt
 data = np.load(sys.argv[1])
 spheres = clrt.Spheres(data["center"], data["radius"], "atom")
@@ -35,7 +36,32 @@ atom = clrt.Material((0.1, 0.1, 0.1), (0.6, 0.6, 0.6), (0.3, 0.3, 0.3), 100)
 camera, light = clrt.Camera((0, 0, 1), (0, 0, 0)), clrt.Light((5, 5, 5))
 scene = clrt.Scene(camera, (light,), {"atom": atom}, spheres)
 clrt.save(sys.argv[2], clrt.render(scene, 1920, 1080, dtype="uint8"))
-print(time.perf_counter() - started, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)
+print(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
+"""
+
+
+# The same atoms and view in OVITO, one sample a pixel.
+OVITO = """
+import re, sys
+import numpy as np
+from ovito.data import DataCollection
+from ovito.pipeline import Pipeline, StaticSource
+from ovito.vis import OSPRayRenderer, TachyonRenderer, Viewport
+data = np.load(sys.argv[1])
+collection = DataCollection()
+particles = collection.create_particles(count=len(data["center"]))
+particles.create_property("Position", data=data["center"])
+particles.create_property("Radius", data=data["radius"])
+Pipeline(source=StaticSource(data=collection)).add_to_scene()
+viewport = Viewport(type=Viewport.Type.Perspective, camera_pos=(0, 0, 1), camera_dir=(0, 0, -1))
+renderer = {
+    "Tachyon": lambda: TachyonRenderer(antialiasing=False, ambient_occlusion=False),
+    "OSPRay": lambda: OSPRayRenderer(
+        samples_per_pixel=1, refinement_iterations=1, denoising_enabled=False
+    ),
+}[sys.argv[3]]()
+viewport.render_image(size=(1920, 1080), filename=sys.argv[2], renderer=renderer)
+print(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
 """
 
 
@@ -97,8 +123,6 @@ def command(quick: bool, embree: Path | None) -> None:
     figures: list[dict[str, Any]] = []
     for kind, make, depth in KINDS:
         for n in counts:
-            if kind == "molecule" and n < 100:
-                continue
             found = measure(make(n), depth, size, turns, embree)
             figures.append({"kind": kind, "spheres": n, "depth": depth, **found})
             print(f"{kind} {n:,}, depth {depth}: done", file=sys.stderr)
@@ -109,7 +133,7 @@ def command(quick: bool, embree: Path | None) -> None:
         print(f"\n{what}: the tree is quicker than the list from {n:.0f} spheres on")
     script = [] if quick else whole_script(turns)
     for figure in script:
-        print(f"\n{figure['spheres']:,} atoms, .npz to .png: {figure['median']:.2f} s "
+        print(f"\n{figure['name']}: {figure['spheres']:,} atoms to .png: {figure['median']:.2f} s "
               f"({figure['min']:.2f}-{figure['max']:.2f}), {figure['peak_mb']:.0f} MB")  # fmt: skip
     folder = harness.results_folder(quick)
     record = {"size": size, "figures": figures, "crossover": crossover, "script": script}
@@ -195,31 +219,45 @@ def crossing(figures: list[dict[str, Any]], kind: str, depth: int) -> float:
     counts = np.log([f["spheres"] for f in rows])
     gain = np.log([f["list"]["median"] / f["trace"]["median"] for f in rows])
     if (gain > 0).all() or (gain < 0).all():
-        return float("nan")
+        return float(np.exp(counts[0] if gain[0] > 0 else np.inf))
     i = int(np.argmax(gain > 0))
     slope = (gain[i] - gain[i - 1]) / (counts[i] - counts[i - 1])
     return float(np.exp(counts[i] - gain[i] / slope))
 
 
 def whole_script(turns: int) -> list[dict[str, Any]]:
-    """From a file of atoms to a PNG, 1920x1080, as a Python script that is run again."""
+    """From a file of atoms to a PNG, 1920x1080, as a script that is run again, one after the other
+    with OVITO's if it is installed."""
+    others = ("Tachyon", "OSPRay") if importlib.util.find_spec("ovito") else ()
     found = []
     for n in (10**5, 10**6, 10**7):
         with tempfile.TemporaryDirectory() as folder:
             spheres = molecule(n).astype(np.float32)
             path = Path(folder) / "atoms.npz"
             np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
-            taken, peaks = [], []
-            for _ in range(turns + 1):
-                started = time.perf_counter()
-                words = [sys.executable, "-c", SCRIPT, str(path), f"{folder}/a.png"]
-                done = subprocess.run(words, capture_output=True, text=True, check=True)
-                taken.append(time.perf_counter() - started)
-                peaks.append(float(done.stdout.split()[1]))
-            found.append(
-                {"spheres": n, **harness.summary(taken[1:]), "peak_mb": statistics.median(peaks)}
-            )
+            files = (str(path), f"{folder}/a.png")
+            scripts = {"clrt": (SCRIPT, *files)}
+            if n <= 10**6:
+                scripts |= {f"OVITO, {other}": (OVITO, *files, other) for other in others}
+            peaks: dict[str, list[float]] = {name: [] for name in scripts}
+            contenders = {
+                name: partial(run_script, words, peaks[name]) for name, words in scripts.items()
+            }
+            for name, seconds in harness.in_turn(contenders, turns).items():
+                what = {"name": name, "spheres": n, "peak_mb": statistics.median(peaks[name])}
+                found.append({**what, **harness.summary(seconds)})
     return found
+
+
+def run_script(words: Sequence[str], peaks: list[float]) -> float:
+    """The seconds of a script, which prints its peak of memory, in kB, as its last word."""
+    started = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", *words], capture_output=True, text=True, check=True
+    )
+    taken = time.perf_counter() - started
+    peaks.append(float(done.stdout.split()[-1]) / 1e3)
+    return taken
 
 
 def plot(figures: list[dict[str, Any]], path: Path) -> None:

@@ -170,11 +170,11 @@ def many_spheres(figures: Figures) -> str:
 
 def script(figures: Figures) -> str:
     rows = [
-        (f"{f['spheres']:,}", f"{f['median']:.2f}", f"{f['min']:.2f}-{f['max']:.2f}",
+        (f"{f['name']}, {f['spheres']:,}", f"{f['median']:.2f}", f"{f['min']:.2f}-{f['max']:.2f}",
          f"{f['peak_mb']:,.0f}")
         for f in figures["script"]
     ]  # fmt: skip
-    return harness.table(("atoms", "s", "spread", "peak memory, MB"), rows)
+    return harness.table(("atoms to .png, 1920x1080", "s", "spread", "peak memory, MB"), rows)
 
 
 # The name between a table's markers, the part whose figures it takes, and what makes it of them.

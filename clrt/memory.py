@@ -1,9 +1,14 @@
-"""Memory: whether what is asked for fits, before hours are spent on it."""
+"""Memory: whether what is asked for fits, before hours are spent on it, and that of films."""
 
+import math
 import resource
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from clrt.errors import OutputError
 
@@ -72,3 +77,30 @@ def _fields(path: Path) -> dict[str, int]:
     """The lines "name number ..." of a file of the kernel's."""
     words = (line.split() for line in path.read_text().splitlines())
     return {name: int(rest[0]) for name, *rest in words if rest and rest[0].isdecimal()}
+
+
+class Films:
+    """Films, each in the memory of the last one if nobody has that any more: to get new memory from
+    the system, page by page, takes longer than to render a simple scene."""
+
+    def __init__(self) -> None:
+        self._last = np.empty(0, np.uint8)  # the memory of the last film
+        self._unused = 0  # how many references there are to it if nobody has the film
+
+    def film(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
+        """An array of its own, as far as anybody can see.
+
+        Raises:
+            OutputError: it does not fit into memory.
+        """
+        size = math.prod(shape) * dtype.itemsize
+        if not (size <= self._last.size <= 2 * size and self._references() == self._unused):
+            self._last = np.empty(0, np.uint8)  # the old goes before the new comes
+            require(size, f"a film of {shape[1]}x{shape[0]}")
+            self._last = np.empty(size, np.uint8)
+            self._unused = self._references()
+        return self._last[:size].view(dtype).reshape(shape)
+
+    def _references(self) -> int:
+        """How many there are to the memory of the last film; every view of it has one."""
+        return sys.getrefcount(self._last)

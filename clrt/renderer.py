@@ -1,8 +1,6 @@
 """Renderer: a device, its programs and a scene's buffers, which together make a film."""
 
-import math
 import operator
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -82,8 +80,7 @@ class Renderer:
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._world: pack.World | None = None
         self._tree: Tree | None = None
-        self._spare = np.empty(0, np.uint8)  # the memory of the last film
-        self._unused = 0  # how many references there are to it if nobody has the film
+        self._films = memory.Films()
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long the kernel ran for the last picture, by the device's own clock."""
@@ -105,7 +102,7 @@ class Renderer:
             self._queue.finish()
             self._programs.clear()
             self._world = self._tree = None
-            self._spare = np.empty(0, np.uint8)
+            self._films = memory.Films()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -187,7 +184,7 @@ class Renderer:
         if out is not None and out.flags.c_contiguous and shape == wanted:
             film = out
         else:
-            film = self._memory(shape, np.dtype(pack.FILMS[kind]))
+            film = self._films.film(shape, np.dtype(pack.FILMS[kind]))
         self._trace(film, (first, top), features, kernels, arguments, progress)
         if film is out:
             return out
@@ -201,22 +198,6 @@ class Renderer:
         for i, row in enumerate(film):
             flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
         return flat[: len(film) * length].reshape(wanted)
-
-    def _memory(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-        """A film, in the memory of the last one if nobody has that any more: to get new memory from
-        the system, page by page, takes longer than to render a simple scene."""
-        size = math.prod(shape) * dtype.itemsize
-        spare = self._spare
-        if not (size <= spare.size <= 2 * size and self._references() == self._unused):
-            self._spare = spare = np.empty(0, np.uint8)  # the old goes before the new comes
-            memory.require(size, f"a film of {shape[1]}x{shape[0]}")
-            self._spare = spare = np.empty(size, np.uint8)
-            self._unused = self._references()
-        return spare[:size].view(dtype).reshape(shape)
-
-    def _references(self) -> int:
-        """How many there are to the memory of the last film, with every view of it."""
-        return sys.getrefcount(self._spare)
 
     def _trace(
         self,
