@@ -236,11 +236,11 @@ def whole_script(turns: int) -> list[dict[str, Any]]:
             path = Path(folder) / "atoms.npz"
             np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
             files = (str(path), f"{folder}/a.png")
-            scripts = {"clrt": (SCRIPT, *files)}
+            scripts: dict[str, tuple[str, ...]] = {"clrt": (SCRIPT, *files)}
             if n <= 10**6:
                 scripts |= {f"OVITO, {other}": (OVITO, *files, other) for other in others}
             peaks: dict[str, list[float]] = {name: [] for name in scripts}
-            contenders = {
+            contenders: dict[str, Callable[[], float]] = {
                 name: partial(run_script, words, peaks[name]) for name, words in scripts.items()
             }
             for name, seconds in harness.in_turn(contenders, turns).items():

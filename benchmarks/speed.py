@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
+from clrt import pack
 from clrt.files import image
 from clrt.pack import LANES
 from clrt.renderer import Renderer
@@ -125,7 +126,8 @@ def growth(quick: bool, figures: dict[str, Any]) -> list[Row]:
     spheres = {n: median(many_spheres(n), width, height) for n in counts}
     threads = {n: thread_time(n, width, height) for n in (1, len(os.sched_getaffinity(0)))}
     # Of each sphere more: a camera ray, and a shadow ray for the part of them that hits.
-    slope = (spheres[counts[-1]] - spheres[counts[0]]) / (counts[-1] - counts[0])
+    last = max(n for n in counts if n < pack.TREE_FROM)
+    slope = (spheres[last] - spheres[counts[0]]) / (last - counts[0])
     figures["growth"] = {
         "pixels": pixels, "depth": depths, "spheres": spheres, "threads": threads,
         "ns_per_pixel_and_sphere": 1e9 * slope / (width * height),

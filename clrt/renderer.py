@@ -80,6 +80,7 @@ class Renderer:
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._world: pack.World | None = None
         self._tree: Tree | None = None
+        self._moved = False  # since the tree was built its spheres have been exchanged for others
         self._films = memory.Films()
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
@@ -185,7 +186,15 @@ class Renderer:
             film = out
         else:
             film = self._films.film(shape, np.dtype(pack.FILMS[kind]))
-        self._trace(film, (first, top), features, kernels, arguments, progress)
+        self.kernel_seconds = bands.fill(
+            film,
+            (first, top),
+            features.packet,
+            self._queue,
+            kernels["render"],
+            arguments,
+            progress,
+        )
         if film is out:
             return out
         if out is not None:
@@ -199,23 +208,6 @@ class Renderer:
             flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
         return flat[: len(film) * length].reshape(wanted)
 
-    def _trace(
-        self,
-        film: NDArray[Any],
-        corner: tuple[int, int],
-        features: Features,
-        kernels: "dict[str, cl.Kernel]",
-        arguments: dict[str, Any],
-        progress: Callable[[int], object] | None,
-    ) -> None:
-        self.kernel_seconds = bands.fill(
-            film, corner, features.packet, self._queue, kernels["render"], arguments, progress
-        )
-        # The order of spheres that move is kept, and costs more from picture to picture. Once it
-        # costs more than a new one it goes.
-        if self._tree is not None and self._tree.is_worn_out(film.size, self.kernel_seconds):
-            self._tree = None
-
     def _arguments(
         self,
         scene: Scene,
@@ -226,9 +218,22 @@ class Renderer:
     ) -> dict[str, Any]:
         world = self._packed_world(scene)
         arguments = pack.arguments(world, scene, width, height)
-        if features.tree:
-            if self._tree is None:
-                self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+        if not features.tree:
+            return arguments
+        if self._moved and self._tree is not None:
+            # As many spheres elsewhere: their order is kept if the picture is there sooner so.
+            beads = arguments["beads"]
+            arguments |= self._tree.fit(beads, kernels)
+            loose = self._tree.looseness()
+            # The picture before may have been a small one, hence the bound.
+            if loose > 2 or self.kernel_seconds * (loose - 1) > self._tree.build_seconds:
+                self._tree = None
+                arguments["beads"] = beads
+            self._moved = False
+        if self._tree is None:
+            arguments["nodes"] = None
+            self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+        if arguments["nodes"] is None:
             arguments |= self._tree.fit(arguments["beads"], kernels)
         return arguments
 
@@ -243,7 +248,8 @@ class Renderer:
         if self._world is None or not self._world.is_of(scene):
             before, self._world = self._world, pack.pack_world(scene, self.precision)
             if before is None or len(before.spheres) != len(self._world.spheres):
-                self._tree = None  # else its order may still do: see _trace()
+                self._tree = None  # else its order may still do: see _arguments()
+            self._moved = self._tree is not None
         return self._world
 
     def _program(self, scene: Scene, film: Film) -> "tuple[Features, dict[str, cl.Kernel]]":

@@ -116,7 +116,7 @@ class Tree:
             )  # fmt: skip
         queue.finish()
         self.build_seconds = time.perf_counter() - started
-        self._at_first: tuple[int, float] | None = None  # a picture's size, and how long it took
+        self._area_at_first = 0.0
 
     def fit(self, beads: Array, kernels: "dict[str, cl.Kernel]") -> dict[str, Any]:
         """Moves leaves and boxes to where the spheres are.
@@ -149,6 +149,9 @@ class Tree:
             places = (starts[level + 1], starts[level], counts[level], children)
             self._run(kernels["fit_nodes"], counts[level], self._nodes, *map(np.int32, places))
         self._queue.finish()  # the device reads `beads` itself: an error must not free it
+        self._real = real
+        if self._area_at_first == 0:
+            self._area_at_first = self._area()
         shape = np.zeros(1, shape_dtype(real))
         shape["node_count"], shape["lowest"] = starts[-1], starts[lowest]
         shape["per_node"], shape["inner"] = plan.leaves, plan.root - WIDE + 1
@@ -157,12 +160,25 @@ class Tree:
         shape["budget"] = BUDGET
         return {"beads": where, "nodes": self._nodes, "leaves": self._leaves, "shape": shape}
 
-    def is_worn_out(self, size: int, seconds: float) -> bool:
-        """Whether a picture of that size takes longer than the first one of a new tree would, with
-        the building of that tree."""
-        if self._at_first is None or self._at_first[0] != size:
-            self._at_first = size, seconds
-        return seconds > self._at_first[1] + self.build_seconds
+    def looseness(self) -> float:
+        """By how much the boxes around the leaves have grown since the tree was built: the sum of
+        their surfaces, in units of the whole one's. The times that rays meet them grow like it."""
+        area = self._area()
+        return area / self._area_at_first if self._area_at_first > 0 else np.inf
+
+    def _area(self) -> float:
+        import pyopencl as cl
+
+        assert self._nodes is not None  # once it was fitted
+        counts = self.plan.counts
+        nodes = np.empty(sum(counts), node_dtype(self._real))
+        cl.enqueue_copy(self._queue, nodes, self._nodes)
+        with np.errstate(invalid="ignore"):
+            x, y, z = np.maximum(nodes["hi"] - nodes["lo"], 0).transpose(1, 0, 2)
+            areas = x * y + y * z + z * x
+            low, high = nodes["lo"][0].min(axis=1), nodes["hi"][0].max(axis=1)
+            a, b, c = high - low
+        return float(areas[-counts[-1] :].sum(dtype=np.float64) / (a * b + b * c + c * a))
 
     def _run(self, kernel: "cl.Kernel", items: int, *arguments: Any) -> None:
         import pyopencl as cl
