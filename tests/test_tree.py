@@ -116,7 +116,7 @@ def ways(monkeypatch: pytest.MonkeyPatch):
     return render
 
 
-@pytest.mark.parametrize("lanes", [16, 1])
+@pytest.mark.parametrize("lanes", [16])
 @pytest.mark.parametrize("name", SCENES)
 def test_every_way_gives_the_same_bits(device: cl.Device, ways, name: str, lanes: int) -> None:
     found = ways(device, lanes, "robust", SCENES[name])
@@ -141,7 +141,8 @@ def test_every_way_with_any_lanes(device: cl.Device, ways, name, lanes, precisio
 @pytest.mark.parametrize("name", SCENES)
 def test_against_the_truth(device: cl.Device, name: str, precision: Precision) -> None:
     scene = SCENES[name]
-    truth = reference.trace(replace(scene, shadow_bias=0.0), *SIZE, dtype=np.longdouble)
+    wide = np.longdouble if len(scene.spheres) < 1000 else np.float64  # ten times slower
+    truth = reference.trace(replace(scene, shadow_bias=0.0), *SIZE, dtype=wide)
     if scene.shadow_bias:
         truth = reference.trace(scene, *SIZE, "seed")
     image = renderer_for(device, 16, precision).render(scene, *SIZE)
