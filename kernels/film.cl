@@ -126,7 +126,8 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
     pixels[2] = b;
 #else
     // Element i of the row's 3 * ROW is channel i % 3 of pixel i / 3.
-    ROW_OF(int) number = (ROW_OF(int))(ROW_NUMBERS);
+    // A call, lest the selections are folded to shuffles, on which Oclgrind 21.10 crashes.
+    ROW_OF(int) number = JOIN(convert_, ROW_OF(int))((ROW_OF(int))(ROW_NUMBERS));
 #define TAKE(k, pixel) \
     ((number + k * ROW) % 3 == 0 ? r.pixel : (number + k * ROW) % 3 == 1 ? g.pixel : b.pixel)
     __private const row_floats thirds[3] = THIRDS(TAKE);
