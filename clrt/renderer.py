@@ -220,22 +220,18 @@ class Renderer:
         arguments = pack.arguments(world, scene, width, height)
         if not features.tree:
             return arguments
+        beads, fitted = arguments["beads"], None
         if self._moved and self._tree is not None:
             # As many spheres elsewhere: their order is kept if the picture is there sooner so.
-            beads = arguments["beads"]
-            arguments |= self._tree.fit(beads, kernels)
+            fitted = self._tree.fit(beads, kernels)
             loose = self._tree.looseness()
             # The picture before may have been a small one, hence the bound.
             if loose > 2 or self.kernel_seconds * (loose - 1) > self._tree.build_seconds:
-                self._tree = None
-                arguments["beads"] = beads
+                self._tree = fitted = None
             self._moved = False
         if self._tree is None:
-            arguments["nodes"] = None
             self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
-        if arguments["nodes"] is None:
-            arguments |= self._tree.fit(arguments["beads"], kernels)
-        return arguments
+        return arguments | (fitted or self._tree.fit(beads, kernels))
 
     def prepare(self, scene: Scene, dtype: DTypeLike | None = None) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
