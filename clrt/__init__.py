@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     )
     from clrt.files.image import save
     from clrt.files.scenefile import builtin_scenes, load_scene
+    from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.renderer import Renderer, render
-    from clrt.scene import Animation, Camera, Key, Light, Material, Scene
+    from clrt.scene import Animation, Camera, Key, Material, Scene
     from clrt.spheres import Sphere, Spheres
 
 # Where each public name comes from. It is imported when it is first used, for the command line
@@ -41,27 +42,32 @@ _HOMES = {
     "clrt.files.image": ("save",),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
-    "clrt.scene": ("Animation", "Camera", "Key", "Light", "Material", "Scene"),
+    "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
+    "clrt.scene": ("Animation", "Camera", "Key", "Material", "Scene"),
     "clrt.spheres": ("Sphere", "Spheres"),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
 }
 
 __all__ = [
+    "AmbientLight",
     "Animation",
     "Camera",
     "ClrtError",
     "DeviceError",
     "DeviceWarning",
+    "DirectionalLight",
     "Key",
     "Light",
     "Material",
     "OutputError",
+    "PointLight",
     "Renderer",
     "RequestError",
     "Scene",
     "SceneError",
     "Sphere",
     "Spheres",
+    "SpotLight",
     "animate",
     "builtin_scenes",
     "load_scene",

@@ -15,7 +15,7 @@ from numpy.typing import DTypeLike, NDArray
 from clrt.errors import RequestError, SceneError
 from clrt.opencl.device import check_process
 from clrt.renderer import Renderer
-from clrt.scene import CAMERA_KEYS, Animation, Camera, Scene
+from clrt.scene import CAMERA_VECTORS, LENSES, Animation, Camera, Scene
 
 Array = NDArray[Any]
 
@@ -126,7 +126,13 @@ class Way:
         self._camera = scene.camera
         self._smooth = animation.interpolation == "smooth"
         self._at = np.array([key.frame for key in animation.keys], float)
-        self._values = {name: _values(scene, name) for name in CAMERA_KEYS}
+        self._lens = LENSES[scene.camera.projection]
+        for lens in set(LENSES.values()) - {self._lens}:
+            for i, key in enumerate(animation.keys):
+                if getattr(key, lens) is not None:
+                    expected = f"none: the camera is {scene.camera.projection}"
+                    raise SceneError(f"animation.keys[{i}].{lens}: expected {expected}")
+        self._values = {name: _values(scene, name) for name in (*CAMERA_VECTORS, self._lens)}
         loop = all(np.array_equal(values[0], values[-1]) for values in self._values.values())
         self._slopes = {
             name: _slopes(self._at, values, loop) for name, values in self._values.items()
@@ -139,7 +145,7 @@ class Way:
             SceneError: no camera can be there.
         """
         moved = {
-            name: float(value[0, 0]) if name == "fov" else tuple(map(float, value[0]))
+            name: float(value[0, 0]) if name == self._lens else tuple(map(float, value[0]))
             for name, value in self._moved(np.array([frame], float)).items()
         }
         try:
@@ -156,12 +162,14 @@ class Way:
         for start in range(0, len(frames), self.CHUNK):
             chunk = np.asarray(frames[start : start + self.CHUNK])
             with np.errstate(all="ignore"):
-                doubtful = ~_surely_good(self._moved(chunk.astype(float)))
+                moved = self._moved(chunk.astype(float))
+                lens, widest = moved[self._lens][:, 0], 180 if self._lens == "fov" else np.inf
+                doubtful = ~(_surely_good(moved) & (lens > 0) & (lens < widest))
             for frame in chunk[doubtful]:
                 self.camera(int(frame))
 
     def _moved(self, frames: Array) -> dict[str, Array]:
-        """What of the camera moves, at each frame: (frames, 3), or (frames, 1) of fov."""
+        """What of the camera moves, at each frame: (frames, 3), or (frames, 1) of its lens."""
         now = np.clip(frames, self._at[0], self._at[-1])
         i = np.minimum(np.searchsorted(self._at, now, "right") - 1, len(self._at) - 2)
         span = (self._at[i + 1] - self._at[i])[:, np.newaxis]
@@ -183,12 +191,12 @@ class Way:
 
 
 def _surely_good(moved: dict[str, Array]) -> Array:
-    """Where a camera can be by far, (frames,). The few others are tried in turn."""
+    """Where a camera can stand and look by far, (frames,). The few others are tried in turn."""
     ahead = moved["look_at"] - moved["position"]
-    up, fov = moved["up"], moved["fov"][:, 0]
+    up = moved["up"]
     lengths = np.linalg.norm(ahead, axis=1) * np.linalg.norm(up, axis=1)
     sine = np.linalg.norm(np.cross(ahead, up), axis=1) / lengths  # NaN is no more than anything
-    good: Array = np.isfinite(lengths) & (lengths > 0) & (sine > 1e-6) & (fov > 0) & (fov < 180)
+    good: Array = np.isfinite(lengths) & (lengths > 0) & (sine > 1e-6)
     return good
 
 
@@ -199,7 +207,7 @@ def _animation(scene: Scene) -> Animation:
 
 
 def _values(scene: Scene, name: str) -> Array:
-    """What the keys say of a part of the camera: (keys, 3), or (keys, 1) of fov."""
+    """What the keys say of a part of the camera: (keys, 3), or (keys, 1) of its lens."""
     default = getattr(scene.camera, name)
     given = [getattr(key, name) for key in _animation(scene).keys]
     return np.array([default if v is None else v for v in given], float).reshape(len(given), -1)

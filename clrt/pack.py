@@ -5,7 +5,7 @@ Each dtype stands for the struct of the same name in ``kernels/*.cl``, byte for 
 fields mean is said there.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -13,8 +13,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import Camera, Light, Material, Scene
+from clrt import lens
+from clrt.light import AmbientLight, DirectionalLight, LightKind, PointLight, SpotLight
+from clrt.scene import Material, Scene
 from clrt.spheres import Sphere, Spheres
+from clrt.values import BLACK
 
 Array: TypeAlias = NDArray[Any]
 Real: TypeAlias = type[np.float32] | type[np.float64]
@@ -42,16 +45,25 @@ class Features(msgspec.Struct, frozen=True):
     lanes: int
     precision: Precision
     film: Film
-    reflection: bool
+    reflection: bool = False
     """A path can go on after its first hit."""
-    long_lens: bool
+    orthographic: bool = False
+    long_lens: bool = False
     """What fills the picture may be far away against its size."""
-    light_inside: bool
+    light_inside: bool = False
     """A light is inside a sphere."""
-    tree: bool
+    tree: bool = False
     """There are so many spheres that a tree over them pays."""
-    sphere_colors: bool
+    sphere_colors: bool = False
     """Spheres have colours of their own."""
+    ambient: bool = False
+    """There is ambient light."""
+    attenuation: bool = False
+    """A light gets weaker with distance."""
+    spot: bool = False
+    """A light shines into a cone."""
+    phong: bool = False
+    """A material's highlight is Phong's."""
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -67,13 +79,13 @@ class Features(msgspec.Struct, frozen=True):
             "LITERAL": self.precision == "literal",
             "FILM_BYTES": self.film == "bytes",
             "FILM_PATHS": self.film == "paths",
-            "REFLECTION": self.reflection,
-            "LONG_LENS": self.long_lens,
-            "LIGHT_INSIDE": self.light_inside,
-            "TREE": self.tree,
-            "SPHERE_COLORS": self.sphere_colors,
+            **{name.upper(): getattr(self, name) for name in USES},
         }
         return [f"-DLANES={self.lanes}", *(f"-D{name}" for name, used in known.items() if used)]
+
+
+USES = Features.__struct_fields__[3:]
+"""What a scene may use or not."""
 
 
 GIANT = 4.0
@@ -86,10 +98,12 @@ Near the surface of any other sphere |f|^2 - r^2 is off by up to 3 * 2^-24 r^2, 
 # Beyond these a larger value gives the same picture: the host takes it down to them, so that no
 # finite scene makes a kernel compute infinity - infinity or 0 * infinity.
 MAX_RADIUS = 2.0**53  # in units of the scene's extent: a plane to the last bit of a float64
-MAX_DISTANCE = 2.0**40  # of a light, and the bias, in the same units
+MAX_DISTANCE = 2.0**40  # of a light, the bias and a screen's side, in the same units
 MAX_COLOR = 2.0**50  # white is 1
 MAX_EXPONENT = 2.0**100
+MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
+Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 COLORS = ("ambient", "diffuse", "specular")
 
 
@@ -120,8 +134,11 @@ def material_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype([("exponent", real), ("reflection", real)], align=True)
 
 
-def light_dtype(real: Real) -> np.dtype[Any]:
-    return np.dtype([("position", real, 3)], align=True)
+def light_dtype(real: Real, attenuation: bool = False, spot: bool = False) -> np.dtype[Any]:
+    fields = [("position", real, 3)]
+    fields += [("fade", real, 3), ("strength", real)] * attenuation  # type: ignore[list-item]
+    fields += [("axis", real, 3), ("edge", real, 2)] * spot
+    return np.dtype(fields, align=True)
 
 
 def shade_dtype(real: Real) -> np.dtype[Any]:
@@ -131,15 +148,15 @@ def shade_dtype(real: Real) -> np.dtype[Any]:
 TREE_FROM = 48
 """From so many spheres on there is a tree (benchmarks/NOTES.md)."""
 
-BLOCK = 1 << 15  # spheres that are packed at a time: what they need stays in the cache
-
 
 @dataclass(frozen=True)
 class World:
     """What of a scene does not depend on its camera: spheres, materials and lights."""
 
     given: Sequence[Sphere]
-    lights: Sequence[Light]
+    lights: Sequence[LightKind]
+    shining: "tuple[Shining, ...]"
+    """The lights that cast shadows."""
     materials: dict[str, Material]
     precision: Precision
     tree: bool
@@ -150,7 +167,7 @@ class World:
     """int64: which spheres a light is inside of, in order."""
     packed_materials: Array
     shades: Array
-    """(lights, materials)"""
+    """(shining lights, materials), and a row more for ambient light if there is any."""
     colors: Array | None
     """(spheres, 3) of real, if they have their own."""
 
@@ -166,18 +183,22 @@ class World:
 def pack_world(scene: Scene, precision: Precision) -> World:
     """Packs what does not depend on the camera."""
     wide, real = np.longdouble, PRECISIONS[precision]
-    materials, lights = list(scene.materials.values()), scene.lights
+    materials = list(scene.materials.values())
+    shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
     spheres = Spheres.of(scene.spheres)
     packed_materials = np.zeros(len(materials), material_dtype(real))
-    shades = np.zeros((len(lights), len(materials)), shade_dtype(real))
+    ambient = [light.ambient for light in scene.lights if isinstance(light, AmbientLight)]
+    shades = np.zeros((len(shining) + bool(ambient), len(materials)), shade_dtype(real))
     with _overflow(precision):
-        packed_materials["exponent"] = [min(m.shininess / 8, MAX_EXPONENT) for m in materials]
+        packed_materials["exponent"] = list(map(_exponent, materials))
         packed_materials["reflection"] = [m.reflection for m in materials]
         for color in COLORS:
             of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
-            for k, light in enumerate(lights):
-                product = of_material * np.array(getattr(light, color), wide)
-                shades[color][k] = np.clip(product, -MAX_COLOR, MAX_COLOR)
+            of_lights = [getattr(light, color) for light in shining]
+            if ambient:
+                of_lights.append(np.sum(ambient, axis=0) if color == "ambient" else BLACK)
+            for row, of_light in zip(shades[color], of_lights, strict=True):
+                row[:] = np.clip(of_material * np.array(of_light, wide), -MAX_COLOR, MAX_COLOR)
         colors = None
         if spheres.color is not None:
             colors = np.clip(spheres.color, -MAX_COLOR, MAX_COLOR).astype(real)
@@ -185,33 +206,42 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     places = np.array([index[name] for name in spheres.names or ()], np.int32)
     return World(
         scene.spheres,
-        lights,
+        scene.lights,
+        shining,
         dict(scene.materials),
         precision,
         precision != "literal" and len(spheres) >= TREE_FROM,
         spheres,
         places[spheres.material_index],
-        np.flatnonzero(_encloses(spheres.center, spheres.radius, lights).any(axis=0)),
+        np.flatnonzero(_encloses(spheres.center, spheres.radius, shining).any(axis=0)),
         packed_materials,
         shades,
         colors,
     )
 
 
-def _encloses(center: Array, radius: Array, lights: Sequence[Light]) -> Array:
+def _exponent(material: Material) -> float:
+    if material.highlight == "phong":
+        return -min(material.shininess / 2, MAX_EXPONENT)
+    return min(material.shininess / 8, MAX_EXPONENT)
+
+
+def _fades(light: Shining) -> bool:
+    return not isinstance(light, DirectionalLight) and light.attenuation != (1, 0, 0)
+
+
+def _encloses(center: Array, radius: Array, lights: Sequence[Shining]) -> Array:
     """Which spheres lights are inside of: (lights, spheres) uint8."""
     inside = np.zeros((len(lights), len(radius)), np.uint8)
     # In long double for few. Of many a light that is a rounding from a surface is on either side.
     wide = np.longdouble if len(radius) < TREE_FROM else np.float64
     for row, light in zip(inside, lights, strict=True):
+        if isinstance(light, DirectionalLight):
+            continue
         point = np.array(light.position, wide)
-        for block in _blocks(len(radius)):
+        for block in lens.blocks(len(radius)):
             row[block] = np.linalg.norm(point - center[block], axis=1) < radius[block]
     return inside
-
-
-def _blocks(n: int) -> Iterator[slice]:
-    return (slice(start, start + BLOCK) for start in range(0, n, BLOCK))
 
 
 def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
@@ -222,15 +252,16 @@ def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
         world.precision,
         film,
         reflection=scene.max_depth > 1 and reflects,
-        long_lens=_has_long_lens(scene.camera) and world.precision != "literal",
+        orthographic=scene.camera.orthographic,
+        long_lens=lens.is_long(scene.camera) and world.precision != "literal",
         light_inside=len(world.light_inside) > 0,
         tree=world.tree,
         sphere_colors=world.colors is not None,
+        ambient=len(world.shades) > len(world.shining),
+        attenuation=any(map(_fades, world.shining)),
+        spot=any(isinstance(light, SpotLight) for light in world.shining),
+        phong=any(material.highlight == "phong" for material in world.materials.values()),
     )
-
-
-def _has_long_lens(camera: Camera) -> bool:
-    return camera.fov < 14
 
 
 def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:
@@ -253,23 +284,25 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     basis = np.array(scene.camera.basis(), wide)
     turn = np.identity(3, wide) if world.tree else basis
     origin = np.zeros(3, wide) if literal else eye
-    # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
-    fov = wide(scene.camera.fov)
-    half = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
-    if _has_long_lens(scene.camera) and not literal:
-        corner = half * np.hypot(1, wide(height) / width)
-        seen = (world.spheres.center - origin) @ basis.T
-        origin = origin - _first_hit_ahead(seen, world.spheres.radius, corner) * basis[2]
+    screen = lens.half_screen(scene.camera, width, height)
+    ahead = wide(0)  # how far from the camera rays start
+    if (scene.camera.orthographic or lens.is_long(scene.camera)) and not literal:
+        ahead = lens.start(scene.camera, world.spheres, screen, np.float64 if world.tree else wide)
+        origin = origin - ahead * basis[2]
 
     def moved(points: Array) -> Array:
         turned: Array = (points - origin) @ turn.T
         return turned
 
-    position = moved(np.array([light.position for light in world.lights], wide).reshape(-1, 3))
-    light_distance = np.linalg.norm(position, axis=1)
+    located = [light.position for light in world.shining if not isinstance(light, DirectionalLight)]
+    light_distance = np.linalg.norm(moved(np.array(located, wide).reshape(-1, 3)), axis=1)
     if world.tree:
         reach, giants = _reach(world.spheres, origin.astype(np.float64))
         listed = np.union1d(giants, world.light_inside)
+        if scene.camera.orthographic:
+            # The tree's rays have a start.
+            behind = lens.behind(scene.camera, world.spheres, screen, ahead)
+            listed = np.union1d(listed, behind)
         center = moved(world.spheres.center[listed].astype(wide))
         radius = world.spheres.radius[listed].astype(wide)
         material_of = world.material_of[listed]
@@ -282,14 +315,15 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
     camera = np.zeros(1, camera_dtype(real, world.tree))
-    lights = np.zeros(len(position), light_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
-        camera["step"] = half * np.array([1, wide(height) / width]) / camera["last"]
+        if scene.camera.orthographic:
+            screen = scale * np.minimum(screen, MAX_DISTANCE * extent)
+        camera["step"] = screen / camera["last"]
         camera["eye"] = scale * moved(eye.reshape(1, 3))
-        nearer = 1 / np.maximum(light_distance / (MAX_DISTANCE * extent), 1)
-        lights["position"] = scale * nearer[:, np.newaxis] * position
+        lights = _pack_lights(world.shining, origin, turn, scale, extent, real)
         spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
+        spheres["screen_bounds"] = lens.bounds(scene.camera, scale * center, scale * radius)
         spheres["material"] = material_of
         shadow_bias = real(bias)
     chosen = world.spheres.center, world.spheres.radius
@@ -306,7 +340,7 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "light_count": np.int32(len(lights)),
         "lights": lights,
         "shades": world.shades,
-        "encloses": _encloses(*chosen, world.lights),
+        "encloses": _encloses(*chosen, world.shining),
     }
     if world.colors is not None:
         found["sphere_colors"] = world.colors
@@ -326,10 +360,59 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     return found
 
 
+def _pack_lights(
+    lights: Sequence[Shining], origin: Array, turn: Array, scale: Any, extent: Any, real: Real
+) -> Array:
+    """Lights in the kernel's space. A directional one is a point so far that no digit tells.
+
+    turn: the axes of that space; extent: how far the spheres reach in it before it is scaled.
+    """
+    fades, spots = any(map(_fades, lights)), any(isinstance(light, SpotLight) for light in lights)
+    packed = np.zeros(len(lights), light_dtype(real, fades, spots))
+    for light, one in zip(lights, packed, strict=True):
+        if isinstance(light, DirectionalLight):
+            place = -MAX_DISTANCE * extent * (turn @ _unit(np.array(light.direction, turn.dtype)))
+        else:
+            place = turn @ (np.array(light.position, turn.dtype) - origin)
+        nearer = 1 / np.maximum(np.linalg.norm(place) / (MAX_DISTANCE * extent), 1)
+        one["position"] = scale * nearer * place
+        if fades:
+            one["fade"], one["strength"] = _fade(light, scale * nearer)
+        if spots:
+            one["axis"], one["edge"] = _cone(light, turn)
+    return packed
+
+
+def _fade(light: Shining, scale: Any) -> tuple[Array, Any]:
+    """Attenuation's coefficients for scaled distances, the largest of them 1, and 1 / the largest:
+    so nothing overflows."""
+    if isinstance(light, DirectionalLight):
+        return np.array([1, 0, 0]), 1
+    found: Array = light.attenuation / scale ** np.arange(3)
+    return found / found.max(), np.minimum(1 / found.max(), MAX_STRENGTH)
+
+
+def _cone(light: Shining, turn: Array) -> tuple[Array, Any]:
+    """A spot's axis, and a, b of t = a - b h, see cone() of shading.cl; of other lights t = 2."""
+    if not isinstance(light, SpotLight) or light.inner_angle == 180:
+        return np.zeros(3), (2, 0)
+    axis = turn @ _unit(np.array(light.look_at, turn.dtype) - np.array(light.position))
+    angles = np.radians(np.array([light.outer_angle, light.inner_angle], turn.dtype))
+    outer, inner = 4 * np.sin(angles / 2) ** 2
+    steep = 1 / np.maximum(outer - inner, 1 / MAX_COLOR)
+    return axis, (outer * steep, steep)
+
+
+def _unit(v: Array) -> Array:
+    v = v / abs(v).max()  # lest its square overflows
+    unit: Array = v / np.linalg.norm(v)
+    return unit
+
+
 def _reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
     """How far many spheres reach from the origin, as _extent(), and which are giants."""
     reach, giants = 0.0, []
-    for block in _blocks(len(spheres)):
+    for block in lens.blocks(len(spheres)):
         radius = spheres.radius[block].astype(np.float64)
         away = spheres.center[block] - origin
         distance = np.sqrt(np.einsum("ij,ij->i", away, away))
@@ -343,7 +426,7 @@ def _reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
 def _beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
     """(spheres, 4) of real: centre from the origin, and radius, scaled."""
     beads = np.empty((len(spheres), 4), real)
-    for block in _blocks(len(spheres)):
+    for block in lens.blocks(len(spheres)):
         beads[block, :3] = (spheres.center[block] - origin) * scale
         beads[block, 3] = spheres.radius[block] * np.float64(scale)
     return beads
@@ -357,7 +440,7 @@ def tree_keys(spheres: Spheres) -> Array:
     middle = low / 2 + high / 2
     unit = float(np.max(high / 2 - low / 2)) or 1.0
     keys = np.empty((len(spheres), 4), np.float32)
-    for block in _blocks(len(spheres)):
+    for block in lens.blocks(len(spheres)):
         keys[block, :3] = (spheres.center[block] - middle) / unit
         keys[block, 3] = np.minimum(2 * (spheres.radius[block] / np.float64(unit)), 1e30)
     return keys
@@ -372,24 +455,6 @@ def _overflow(precision: Precision) -> Any:
 def _is_giant(center: Array, radius: Array) -> Array:
     giant: Array = radius > GIANT * abs(np.linalg.norm(center, axis=1) - radius)
     return giant
-
-
-def _first_hit_ahead(center: Array, radius: Array, corner: Any) -> Any:
-    """How far ahead of the camera rays can start: a little before the first hit.
-
-    corner: the distance of the screen's corners from its middle.
-    """
-    distance = np.linalg.norm(center, axis=1)
-    outside = distance > radius  # from inside a sphere cannot be seen
-    center, radius, distance = center[outside], radius[outside], distance[outside]
-    # A sphere is met first by the ray closest to its centre. `off` is the angle between them.
-    off = np.arccos(np.clip(-center[:, 2] / distance, -1, 1)) - np.arctan(corner)
-    off = np.clip(off, 0, np.pi / 2)
-    half_chord2 = radius**2 - (distance * np.sin(off)) ** 2
-    met = half_chord2 > 0
-    first = (distance * np.cos(off))[met] - np.sqrt(half_chord2[met])
-    # From there what is seen is as wide as far, as through a lens of 90 degrees.
-    return max(first.min(initial=np.inf) * (1 - corner), 0) if met.any() else 0
 
 
 def _extent(center: Array, radius: Array) -> Any:
@@ -421,7 +486,6 @@ def _pack_spheres(
     spheres["c0"] = above * (2 * flat + above)
     above = distance - radius  # the camera
     spheres["camera_c"] = above * (2 * flat + above)
-    spheres["screen_bounds"] = _screen_bounds(center, radius)
     spheres["inv_radius"] = 1 / np.maximum(flat, np.finfo(real).tiny)
     # A point lifted by `bias` off its sphere sees a light past the sphere down to this cosine: the
     # paper's shadow test, without a sphere tested against its own rounding.
@@ -429,24 +493,3 @@ def _pack_spheres(
     spheres["horizon"] = -2 if literal else horizon
     spheres["giant"] = giant
     return spheres
-
-
-def _screen_bounds(center: Array, radius: Array) -> Array:
-    """Where each sphere can show on the screen one unit ahead: left, right, bottom, top, (n, 4).
-
-    Along each axis a sphere lies between two angles as seen from the camera, which is at the
-    origin. The margin of 1e-6 is more than the 4 * 2^-24 (1 + r/D) that float32 moves a silhouette.
-    """
-    view = np.empty((len(radius), 4))
-    behind = np.pi / 2
-    for axis in (0, 1):
-        away = np.hypot(center[:, axis], center[:, 2])
-        outside = away > radius
-        middle = np.arctan2(center[:, axis], -center[:, 2])
-        half = np.where(outside, np.arcsin(radius / np.where(outside, away, radius)), np.inf)
-        for end, angle in enumerate((middle - half, middle + half)):
-            ahead = abs(angle) < behind
-            position = np.tan(np.where(ahead, angle, 0))
-            position += (2 * end - 1) * 1e-6 * (1 + abs(position))
-            view[:, 2 * axis + end] = np.where(ahead, position, np.copysign(np.inf, angle))
-    return view

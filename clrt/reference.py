@@ -22,10 +22,12 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
-from clrt.scene import Scene
+from clrt.light import AmbientLight, DirectionalLight, PointLight, SpotLight
+from clrt.scene import Camera, Scene
 from clrt.spheres import Spheres
 
 Truth: TypeAlias = Literal["seed", "exact"]
+Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 Array: TypeAlias = NDArray[Any]
 
 CHUNK_PIXELS = 1 << 16  # pixels traced at a time: what they need stays in the cache
@@ -79,11 +81,9 @@ def trace(
     if truth not in ("seed", "exact"):
         raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
-    half = np.tan(np.radians(np.asarray(scene.camera.fov, tracer.dtype)) / 2)
-    if scene.camera.fov == 90:
-        half = tracer.dtype.type(1)  # which tan(pi / 4) misses by a rounding
-    x = np.linspace(-half, half, width, dtype=tracer.dtype)
-    y = np.linspace(half * height / width, -half * height / width, height, dtype=tracer.dtype)
+    x, y = _screen(scene.camera, width, height, tracer.dtype)
+    grid_x: Array
+    grid_y: Array
     if pixels is None:
         grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
         shape: tuple[int, ...] = height, width
@@ -101,6 +101,21 @@ def trace(
         color, paths[chunk] = tracer.trace(grid_x[chunk], grid_y[chunk])
         image[chunk] = color.T
     return Trace(image.reshape(*shape, 3), paths.reshape(shape), tracer.rays)
+
+
+def _screen(camera: Camera, width: int, height: int, dtype: np.dtype[Any]) -> tuple[Array, Array]:
+    """Where the columns and rows of pixels are on the screen (11.1): of an orthographic camera as
+    far from its axis as their rays are, in world units."""
+    if camera.height is not None:
+        top = dtype.type(camera.height) / 2
+        right = top * width / height
+    else:
+        right = np.tan(np.radians(dtype.type(camera.fov)) / 2)
+        if camera.fov == 90:
+            right = dtype.type(1)  # which tan(pi / 4) misses by a rounding
+        top = right * height / width
+    x: Array = np.linspace(-right, right, width, dtype=dtype)
+    return x, np.linspace(top, -top, height, dtype=dtype)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -127,6 +142,8 @@ class _Tracer:
         self.rays = 0
         self.camera = self._column(scene.camera.position)
         self.right, self.up, self.back = map(self._column, scene.camera.basis())
+        self.orthographic = scene.camera.orthographic
+        self.look_at = self._column(scene.camera.look_at)
         self.lights = scene.lights
         spheres = Spheres.of(scene.spheres)
         self.center = spheres.center.astype(dtype).T  # (3, spheres)
@@ -139,15 +156,34 @@ class _Tracer:
         self.ambient = np.array([m.ambient for m in materials], dtype).reshape(-1, 3).T
         self.diffuse = np.array([m.diffuse for m in materials], dtype).reshape(-1, 3).T
         self.specular = np.array([m.specular for m in materials], dtype).reshape(-1, 3).T
-        self.exponent = np.array([m.shininess for m in materials], dtype) / 4
+        self.shininess = np.array([m.shininess for m in materials], dtype)
+        self.phong = np.array([m.highlight == "phong" for m in materials], bool)
         self.reflection = np.array([m.reflection for m in materials], dtype)
         self.color = None if spheres.color is None else spheres.color.astype(dtype).T
 
     def _column(self, v: tuple[float, float, float]) -> Array:
         return np.array(v, self.dtype)[:, np.newaxis]
 
-    def nearest(self, origin: Array, direction: Array, leaves: Array) -> tuple[Array, Array]:
-        """The sphere hit first, -1 if none, and its distance, infinity if none (11.4, 11.5)."""
+    def first(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Origins and directions of the rays through points of the screen (11.2)."""
+        if self.orthographic:  # they have no start: any of their points will do
+            return self.look_at + x * self.right + y * self.up, np.repeat(
+                -self.back, x.size, axis=1
+            )
+        direction = _unit(x * self.right + y * self.up - self.back)
+        return np.repeat(self.camera, x.size, axis=1), direction
+
+    def to_camera(self, point: Array) -> Array:
+        """The direction from where a point is looked at."""
+        return self.back if self.orthographic else _unit(self.camera - point)
+
+    def nearest(
+        self, origin: Array, direction: Array, leaves: Array, line: bool = False
+    ) -> tuple[Array, Array]:
+        """The sphere hit first, -1 if none, and its distance, infinity if none (11.4, 11.5).
+
+        line: a ray has no start, and a hit can be behind its origin.
+        """
         self.rays += origin.shape[1]
         hit = np.full(origin.shape[1], -1)
         distance = np.full(origin.shape[1], np.inf, self.dtype)
@@ -160,7 +196,7 @@ class _Tracer:
             c = _norm(from_center) ** 2 - self.radius[some] ** 2
             delta = b**2 - 4 * c
             smaller = (-b - np.sqrt(np.maximum(delta, 0))) / 2
-            met = (delta > 0) & (smaller > 0)
+            met = (delta > 0) & (line | (smaller > 0))
             if self.exact:
                 met &= leaves[:, np.newaxis] != np.arange(start, start + met.shape[1])
             smaller[~met] = np.inf
@@ -178,11 +214,11 @@ class _Tracer:
         # Of the rays that go on: which pixel, and how much of their light it gets.
         pixel = np.arange(x.size)
         weight = np.ones(x.size, self.dtype)
-        origin = np.repeat(self.camera, x.size, axis=1)
-        direction = _unit(x * self.right + y * self.up - self.back)
+        origin, direction = self.first(x, y)
         hit = np.full(x.size, -1)
-        for _ in range(self.max_depth):
-            hit, distance = self.nearest(origin, direction, hit)
+        for bounce in range(self.max_depth):
+            line = self.orthographic and bounce == 0
+            hit, distance = self.nearest(origin, direction, hit, line)
             met = hit >= 0
             pixel, weight, hit, distance = pixel[met], weight[met], hit[met], distance[met]
             origin, direction = origin[:, met], direction[:, met]
@@ -195,13 +231,17 @@ class _Tracer:
             lifted = point + self.bias * normal
             reached = np.zeros(pixel.size, bool)
             for light in self.lights:
-                position = self._column(light.position)
-                to_light = _unit(position - lifted)
-                lit = self.lit(position, point, lifted, to_light, normal, hit)
+                if isinstance(light, AmbientLight):
+                    reached[:] = True
+                    color[:, pixel] += weight * self.ambient_term(light, hit)
+                    continue
+                to_light, distance = self.toward(light, point, lifted)
+                cone = self.cone(light, to_light)
+                lit = (cone > 0) & self.lit(distance, lifted, to_light, normal, hit)
                 path[pixel] = path[pixel] * PRIME + lit
                 reached |= lit
-                term = self.blinn_phong(light, point, to_light, normal, hit)
-                color[:, pixel[lit]] += (weight * term)[:, lit]
+                term = self.term(light, point, to_light, distance, normal, hit)
+                color[:, pixel[lit]] += (weight * cone * term)[:, lit]
 
             weight = weight * self.reflection[self.material[hit]]
             on = reached & (weight > 0)
@@ -210,26 +250,79 @@ class _Tracer:
             direction = direction - 2 * _dot(direction, normal) * normal
         return color, path
 
+    def toward(self, light: Shining, point: Array, lifted: Array) -> tuple[Array, Array]:
+        """The direction of a light from lifted hit points, and its distance from the points."""
+        if isinstance(light, DirectionalLight):
+            opposite = -_unit(self._column(light.direction))
+            return np.repeat(opposite, point.shape[1], axis=1), np.full(point.shape[1], np.inf)
+        position = self._column(light.position)
+        return _unit(position - lifted), _norm(position - point)
+
+    def cone(self, light: Shining, to_light: Array) -> Array:
+        """The part of its light that a spot's cone leaves (section 2)."""
+        if not isinstance(light, SpotLight) or light.inner_angle == 180:
+            return np.ones(to_light.shape[1], self.dtype)
+        axis = _unit(self._column(light.look_at) - self._column(light.position))
+        outer, inner = np.radians(np.array([light.outer_angle, light.inner_angle], self.dtype))
+        # 1 - cosine of the angle from the axis is |L + axis|^2 / 2, which does not cancel.
+        versine = _dot(to_light + axis, to_light + axis) / 2
+        edges = 2 * np.sin(outer / 2) ** 2, 2 * np.sin(inner / 2) ** 2
+        if edges[0] == edges[1]:
+            return np.where(versine < edges[0], self.dtype.type(1), 0)
+        t = np.clip((edges[0] - versine) / (edges[0] - edges[1]), 0, 1)
+        smooth: Array = t**2 * (3 - 2 * t)
+        return smooth
+
     def lit(
-        self, light: Array, point: Array, lifted: Array, to_light: Array, normal: Array, hit: Array
+        self, distance: Array, lifted: Array, to_light: Array, normal: Array, hit: Array
     ) -> Array:
         """Whether nothing stands between a hit point and a light (11.7)."""
-        _, distance = self.nearest(lifted, to_light, hit)
-        free: Array = distance >= _norm(light - point)
+        _, free = self.nearest(lifted, to_light, hit)
+        clear: Array = free >= distance
         if self.exact:
-            free &= _dot(normal, to_light) >= 0
-        return free
+            clear &= _dot(normal, to_light) >= 0
+        return clear
 
-    def blinn_phong(
-        self, light: Any, point: Array, to_light: Array, normal: Array, hit: Array
+    def ambient_term(self, light: Shining | AmbientLight, hit: Array) -> Array:
+        """What a hit point sends of a light whatever its place (section 3)."""
+        term: Array = self.ambient[:, self.material[hit]] * self._column(light.ambient)
+        return term if self.color is None else term * self.color[:, hit]
+
+    def term(
+        self,
+        light: Shining,
+        point: Array,
+        to_light: Array,
+        distance: Array,
+        normal: Array,
+        hit: Array,
     ) -> Array:
-        """What a hit point sends to the camera of a light that reaches it (11.8)."""
-        half_way = _unit(to_light + _unit(self.camera - point))
+        """What a hit point sends to the camera of a light that reaches it (section 3, 11.8)."""
         material = self.material[hit]
-        highlight = np.maximum(_dot(normal, half_way), 0) ** self.exponent[material]
-        term: Array = self.ambient[:, material] * self._column(light.ambient) + self.diffuse[
-            :, material
-        ] * self._column(light.diffuse) * _dot(to_light, normal)
+        to_camera = self.to_camera(point)
+        half_way = _unit(to_light + to_camera)
+        mirrored = 2 * _dot(normal, to_light) * normal - to_light
+        shininess = self.shininess[material]
+        highlight = np.where(
+            self.phong[material],
+            np.maximum(_dot(mirrored, to_camera), 0) ** shininess,
+            np.maximum(_dot(normal, half_way), 0) ** (shininess / 4),
+        )
+        diffuse = self.diffuse[:, material] * self._column(light.diffuse) * _dot(to_light, normal)
         if self.color is not None:
-            term = term * self.color[:, hit]
-        return term + self.specular[:, material] * self._column(light.specular) * highlight
+            diffuse = diffuse * self.color[:, hit]
+        specular = self.specular[:, material] * self._column(light.specular) * highlight
+        ambient = self.ambient_term(light, hit)
+        found: Array = ambient + _left(light, distance) * (diffuse + specular)
+        return found
+
+
+def _left(light: Shining, distance: Array) -> Array | float:
+    """What attenuation leaves of a light (section 2), at most 2^50."""
+    if isinstance(light, DirectionalLight) or light.attenuation == (1, 0, 0):
+        return 1.0
+    constant, linear, quadratic = map(distance.dtype.type, light.attenuation)
+    with np.errstate(divide="ignore"):
+        left = 1 / (constant + linear * distance + quadratic * distance**2)
+    most: Array = np.minimum(left, 2.0**50)
+    return most

@@ -11,28 +11,49 @@ from typing import Literal
 import msgspec
 from msgspec.structs import force_setattr
 
+from clrt.light import LIGHT_KINDS, LightKind
 from clrt.spheres import Sphere, Spheres
-from clrt.values import Color, Vec3, all_of, count, number, require, some, vectors
-
-WHITE: Color = (1.0, 1.0, 1.0)
-
+from clrt.values import BLACK, WHITE, Color, Vec3, all_of, count, number, require, some, vectors
 
 MAX_DEPTH = 1000
 """Between mirrors that face each other a path has no end: seconds at 4K, but not hours."""
 
 
+LENSES = {"perspective": "fov", "orthographic": "height"}
+"""The key that says how much of the world a camera sees."""
+
+
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where the picture is taken from. The screen stands one unit ahead."""
+    """Where the picture is taken from.
+
+    "perspective": all rays start at `position`, and the screen stands one unit ahead.
+    "orthographic": all rays go along the view, from before everything: nothing is behind the
+    camera, and it is inside nothing.
+    """
 
     position: Vec3
     look_at: Vec3
     up: Vec3 = (0.0, 1.0, 0.0)
-    fov: float = 90.0
-    """Horizontal, degrees, between 0 and 180."""
+    fov: float | None = None
+    """Perspective: horizontal, degrees, between 0 and 180; 90 if it is not given."""
+    projection: Literal["perspective", "orthographic"] = "perspective"
+    height: float | None = None
+    """Orthographic: of what the picture shows, world units."""
 
     def __post_init__(self) -> None:
         vectors(self, "position", "look_at", "up")
-        number(self, "fov", "degrees between 0 and 180", lambda fov: 0 < fov < 180)
+        good = self.projection in LENSES
+        require(good, "projection", "'perspective' or 'orthographic'", self.projection)
+        for projection, key in LENSES.items():
+            if projection != self.projection:
+                good = getattr(self, key) is None
+                expected = f"none, which goes with projection {projection!r} only"
+                require(good, key, expected, getattr(self, key))
+        if self.orthographic:
+            number(self, "height", "a finite number above 0", lambda height: height > 0)
+        else:
+            force_setattr(self, "fov", 90.0 if self.fov is None else self.fov)
+            number(self, "fov", "degrees between 0 and 180", lambda fov: 0 < fov < 180)
         ahead = _minus(self.look_at, self.position)
         require(any(ahead), "look_at", "a point apart from position", self.look_at)
         good = all(map(math.isfinite, ahead))
@@ -42,6 +63,10 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         good = math.hypot(*_cross(ahead, up)) > 1e-9 * math.hypot(*ahead) * math.hypot(*up)
         require(good, "up", "a direction not parallel to look_at - position", self.up)
 
+    @property
+    def orthographic(self) -> bool:
+        return self.projection == "orthographic"
+
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:
         """The unit vectors right, up and back (against the view), in world space."""
         back = _unit(_minus(self.position, self.look_at))
@@ -49,32 +74,21 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return right, _cross(back, right), back
 
 
-class Light(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A point light."""
-
-    position: Vec3
-    type: Literal["point"] = "point"
-    ambient: Color = WHITE
-    diffuse: Color = WHITE
-    specular: Color = WHITE
-
-    def __post_init__(self) -> None:
-        require(self.type == "point", "type", "'point'", self.type)
-        vectors(self, "position", "ambient", "diffuse", "specular")
-
-
 class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How a surface answers light (paper, section 11.8)."""
 
-    ambient: Color
-    diffuse: Color
-    specular: Color
-    shininess: float
-    """Blinn-Phong's alpha, at least 0. The exponent is a quarter of it."""
+    ambient: Color = BLACK
+    diffuse: Color = WHITE
+    specular: Color = BLACK
+    shininess: float = 100.0
+    """At least 0. Blinn-Phong's alpha: the exponent is a quarter of it. Phong's exponent."""
     reflection: float = 0.0
     """The part of the mirrored light that is added, in [0, 1]."""
+    highlight: Literal["blinn-phong", "phong"] = "blinn-phong"
 
     def __post_init__(self) -> None:
+        good = self.highlight in ("blinn-phong", "phong")
+        require(good, "highlight", "'blinn-phong' or 'phong'", self.highlight)
         vectors(self, "ambient", "diffuse", "specular")
         number(self, "shininess", "a finite number, at least 0", lambda alpha: alpha >= 0)
         number(self, "reflection", "a number from 0 to 1", lambda part: 0 <= part <= 1)
@@ -92,16 +106,18 @@ class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     look_at: Vec3 | None = None
     up: Vec3 | None = None
     fov: float | None = None
+    height: float | None = None
 
     def __post_init__(self) -> None:
         count(self, "frame", 0, FRAMES)
-        vectors(self, *(key for key in CAMERA_KEYS[:3] if getattr(self, key) is not None))
-        if self.fov is not None:
-            number(self, "fov", "a finite number", lambda fov: True)
+        vectors(self, *(key for key in CAMERA_VECTORS if getattr(self, key) is not None))
+        for lens in LENSES.values():
+            if getattr(self, lens) is not None:
+                number(self, lens, "a finite number", lambda value: True)
 
 
-CAMERA_KEYS = ("position", "look_at", "up", "fov")
-"""What of a camera a key can give: three vectors and a number."""
+CAMERA_VECTORS = ("position", "look_at", "up")
+"""What of a camera a key can give, beside the number that LENSES names."""
 
 
 class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -131,7 +147,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything that a picture depends on but its size."""
 
     camera: Camera
-    lights: Sequence[Light] = ()
+    lights: Sequence[LightKind] = ()
     materials: dict[str, Material] = {}
     spheres: Sequence[Sphere] = ()
     """Sphere by Sphere, or Spheres."""
@@ -143,7 +159,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
-        all_of(self, "lights", Light, "a Light")
+        all_of(self, "lights", LIGHT_KINDS, "a light")
         good = isinstance(self.materials, dict)
         require(good, "materials", "a dict of names and Materials", self.materials)
         for name, material in self.materials.items():

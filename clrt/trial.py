@@ -23,10 +23,11 @@ from msgspec.structs import replace
 
 from clrt import metrics, pack, reference
 from clrt.errors import DeviceError
+from clrt.light import AmbientLight, Light, LightKind, SpotLight
 from clrt.opencl import bands, program
 from clrt.opencl.device import devices, identity
 from clrt.opencl.tree import Tree
-from clrt.scene import Camera, Light, Material, Scene
+from clrt.scene import Camera, Material, Scene
 from clrt.spheres import Sphere
 
 if TYPE_CHECKING:
@@ -121,7 +122,17 @@ def scene_for(features: pack.Features) -> Scene:
     shine = 0.4 * features.reflection
     matte = Material((0.1, 0.0, 0.05), (0.6, 0.2, 0.3), (1, 1, 1), 40, shine)
     ground = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.4), (0.2, 0.2, 0.2), 9, shine / 2)
-    lights = [Light((4, 5, 3)), Light((-3.0, 2.5, 1.0), diffuse=(0.3, 0.3, 0.6))]
+    if features.phong:
+        ground = replace(ground, highlight="phong")
+    fade = (0.5, 0.05, 0.02) if features.attenuation else (1, 0, 0)
+    lights: list[LightKind] = [
+        Light((4, 5, 3)),
+        Light((-3.0, 2.5, 1.0), diffuse=(0.3, 0.3, 0.6), attenuation=fade),
+    ]
+    if features.spot:
+        lights.append(SpotLight((0, 2, 2), (0, -0.5, 0), diffuse=(0.5, 0, 0), outer_angle=25))
+    if features.ambient:
+        lights.append(AmbientLight((0.3, 0.6, 0.3)))
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
     radius = 20.0 if literal else 5000.0
@@ -141,8 +152,11 @@ def scene_for(features: pack.Features) -> Scene:
         )
     # The pictures have SIZE, so these are wide and low.
     away, fov = (14.0, 12.0) if features.long_lens else (2.0, 90.0)
+    camera = Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov)
+    if features.orthographic:
+        camera = Camera((0.0, 0.3, 0.5), (0.0, 0.2, 0.0), projection="orthographic", height=0.5)
     return Scene(
-        Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov),
+        camera,
         tuple(lights),
         {"matte": matte, "ground": ground},
         spheres,

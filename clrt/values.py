@@ -12,6 +12,8 @@ from clrt.errors import SceneError
 
 Vec3: TypeAlias = tuple[float, float, float]
 Color: TypeAlias = tuple[float, float, float]
+BLACK: Color = (0.0, 0.0, 0.0)
+WHITE: Color = (1.0, 1.0, 1.0)
 
 
 def require(good: bool, key: str, expected: str, value: object) -> None:
@@ -24,7 +26,7 @@ def _short(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
 
 
-def all_of(struct: msgspec.Struct, key: str, kind: type, what: str) -> None:
+def all_of(struct: msgspec.Struct, key: str, kind: type | tuple[type, ...], what: str) -> None:
     """Makes a tuple of any sequence of that kind."""
     given = getattr(struct, key)
     try:

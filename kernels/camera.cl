@@ -8,11 +8,16 @@
 // point ahead of the camera, just before what is seen, and rays start on the plane through it. A
 // ray from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its
 // normals by that.
+//
+// The host defines ORTHOGRAPHIC if the camera is so: the screen is as wide as what it shows, and all
+// rays go straight through it, from before everything. The origin is then on the camera's axis, just
+// before what is seen of the spheres that are no larger than the picture.
 
-// 28 bytes as float32, 48 as float64; with TREE 64 and 120. The screen stands one unit ahead.
+// 28 bytes as float32, 48 as float64; with TREE 64 and 120. The screen stands one unit ahead (ORTHOGRAPHIC:
+// where the origin is).
 typedef struct {
     real step[2];  // half the distance of two neighbouring pixels of a row, of a column
-    real eye[3];   // where the camera stands: 0 but for LITERAL and LONG_LENS
+    real eye[3];   // where the camera stands: 0 but for LITERAL, LONG_LENS and ORTHOGRAPHIC
     int last[2];   // width - 1, height - 1, but at least 1
 #ifdef TREE
     real right[3], up[3],
@@ -49,7 +54,39 @@ static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     return at;
 }
 
+#ifdef ORTHOGRAPHIC
+
+// Where a line enters a sphere: smaller_root() of either sign.
+static reals entry(Quadratic q) {
+#ifdef LITERAL
+    return smaller_root(q);
+#else
+    reals half_chord = sqrt(q.delta);
+    return PICK(q.b < 0, q.c / (half_chord - q.b), -q.b - half_chord);
+#endif
+}
+
 #ifndef TREE
+// nearest() for lines that have no start.
+static Hit visible(Pixels at, Ray line, __global const Sphere *spheres, int sphere_count) {
+    Hit hit = no_hit();
+    for (int s = 0; s < sphere_count; s++) {
+#ifndef LITERAL
+        __global const real *bounds = spheres[s].screen_bounds;
+        if (!((at.right >= bounds[0]) & (at.left <= bounds[1]) & (at.y >= bounds[2]) &
+              (at.y <= bounds[3])))
+            continue;
+#endif
+        Quadratic q = quadratic(line, spheres + s);
+        ints met = q.delta > 0;
+        if (ANY(met)) hit = closer(hit, met, entry(q), s);
+    }
+    return hit;
+}
+#endif
+
+#elif !defined(TREE)
+
 // nearest() for rays from the camera. Their common origin is 0, so the direction D = (x, y, -1)
 // need not be of unit length: with a = |D|^2 and b = D.C the roots are those of
 // a t^2 - 2 b t + camera_c = 0, and b^2 - a camera_c = a r^2 - |D x C|^2 (Lagrange's identity),
@@ -81,7 +118,10 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     }
     return hit;
 }
-#else
+
+#endif
+
+#ifdef TREE
 // From camera space, where x points right, y up and z back, to the scene's.
 static Vector in_scene(__global const Camera *camera, reals x, reals y, reals z) {
     Vector v = scaled(splat(camera->back), z);

@@ -1,8 +1,9 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1. The other things that a scene may have or not are LONG_LENS (camera.cl)
-// and LIGHT_INSIDE (sphere.cl); everything else about it is run-time data.
+// max_depth is more than 1, and AMBIENT if there is ambient light: it reaches every hit, so that a
+// path goes on in shadow. The other things that a scene may have or not are said of in camera.cl,
+// sphere.cl and shading.cl; everything else about it is run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
@@ -23,7 +24,24 @@
 #define BLINN_PHONG(shade, sphere) blinn_phong(shade, diffuse, specular)
 #endif
 
-#ifdef LONG_LENS
+// Declares `light`, what the lanes that are `on` send to the camera: `row` has the shades of each
+// material.
+#ifdef TREE
+#define SHADED(on, row)                                               \
+    Vector light = vector(0, 0, 0);                                   \
+    FOR_EACH_OF(s, mine, PICK_INT(on, material, -1)) {                \
+        light = pick3(mine, BLINN_PHONG(row + s, hit.sphere), light); \
+    }
+#else
+#define SHADED(on, row)                                                        \
+    Vector light = BLINN_PHONG(row + spheres[common].material, common);        \
+    ints lit_sphere = PICK_INT(on, hit.sphere, -1);                            \
+    FOR_OTHER_HITS(s, mine, lit_sphere, common) {                              \
+        light = pick3(mine, BLINN_PHONG(row + spheres[s].material, s), light); \
+    }
+#endif
+
+#if defined(LONG_LENS) || defined(ORTHOGRAPHIC)
 #define ORIGIN_IN_COMMON false
 #else
 #define ORIGIN_IN_COMMON true
@@ -57,10 +75,30 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     if (column >= width) return;
 
     Pixels at = pixels_at(camera, first_column + column, first_row + row);
+#ifndef ORTHOGRAPHIC
     reals length2 = at.x * at.x + (at.y * at.y + 1);
     reals inv_length = inverse_sqrt(length2);
+#endif
 #ifdef TREE
     Tree tree = {nodes, leaves, shape[0]};
+#endif
+#ifdef ORTHOGRAPHIC
+#ifdef TREE
+    Vector to_camera = splat(camera->back);
+    Ray ray = {in_scene(camera, at.x, at.y, 0), scaled(to_camera, -1), -1, -1};
+    Hit hit = visible_listed(ray, spheres, ids, sphere_count);
+    hit = nearest_in_tree(tree, hit, ray, (ints)(-1), ORIGIN_IN_COMMON);
+#else
+    Vector to_camera = vector(0, 0, 1);
+    Ray ray = {vector(at.x, at.y, 0), vector(0, 0, -1), -1, -1};
+#ifdef LITERAL
+    ray.origin = plus(ray.origin, splat(camera->eye));
+#endif
+    Hit hit = visible(at, ray, spheres, sphere_count);
+#endif
+    Vector point = along(ray.origin, hit.distance, ray.direction);
+#else
+#ifdef TREE
     Vector eye = splat(camera->eye);
     Vector to_camera = scaled(in_scene(camera, at.x, at.y, -1), -inv_length);
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
@@ -87,6 +125,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
     Hit hit = visible(at, length2, spheres, sphere_count);
     Vector point = scaled(through, hit.distance);
+#endif
 #endif
 #endif
 
@@ -123,7 +162,22 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         path = HASHED(hit.sphere >= 0, path, hit.sphere + 1);
 #endif
 
+#ifdef PHONG
+        ints phong = surface.exponent < 0;
+        reals exponent = PICK(phong, -surface.exponent, surface.exponent);
+        // Light from there would be mirrored to the camera: R.V = L.mirrored.
+        Vector mirrored = along(scaled(to_camera, -1), 2 * dot3(normal, to_camera), normal);
+#endif
         ints reached = 0;  // the lanes that some light reaches
+#ifdef AMBIENT
+        {
+            reached = hit.sphere >= 0;
+            reals diffuse = 0, specular = 0;
+            __global const Shade *shade = shades + light_count * material_count;
+            SHADED(reached, shade)
+            color = pick3(reached, along(color, weight, light), color);
+        }
+#endif
         for (int k = 0; k < light_count; k++) {
             Vector to_light = minus(splat(lights[k].position), ray.origin);
             reals distance2 = dot3(to_light, to_light);
@@ -132,6 +186,12 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
             ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon);
+            reals share = weight;  // of this light's in the colour
+#ifdef SPOT
+            reals part = cone(lights + k, to_light);
+            lit &= part > 0;
+            share *= part;
+#endif
 #ifdef TREE
             if (ANY(lit))
                 lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
@@ -148,21 +208,21 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #endif
             if (!ANY(lit)) continue;
             reached |= lit;
-            reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
-            __global const Shade *shade = shades + k * material_count;
-#ifdef TREE
-            Vector light = vector(0, 0, 0);
-            FOR_EACH_OF(s, mine, PICK_INT(lit, material, -1)) {
-                light = pick3(mine, BLINN_PHONG(shade + s, hit.sphere), light);
-            }
+#ifdef PHONG
+            Vector half_way = plus(to_light, to_camera);
+            reals specular = highlight(pick3(phong, mirrored, normal),
+                                       pick3(phong, to_light, half_way), exponent);
 #else
-            Vector light = BLINN_PHONG(shade + spheres[common].material, common);
-            ints lit_sphere = PICK_INT(lit, hit.sphere, -1);
-            FOR_OTHER_HITS(s, mine, lit_sphere, common) {
-                light = pick3(mine, BLINN_PHONG(shade + spheres[s].material, s), light);
-            }
+            reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
 #endif
-            color = pick3(lit, along(color, weight, light), color);
+            __global const Shade *shade = shades + k * material_count;
+#ifdef ATTENUATION
+            reals left = faded(lights + k, distance2 * inv_distance);
+            diffuse *= left;
+            specular *= left;
+#endif
+            SHADED(lit, shade)
+            color = pick3(lit, along(color, share, light), color);
         }
 #ifdef REFLECTION
         weight *= surface.reflection;
@@ -177,7 +237,9 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         hit.sphere = PICK_INT(alive, hit.sphere, -1);
 #endif
         point = along(ray.origin, hit.distance, ray.direction);
+#ifndef ORTHOGRAPHIC
         to_camera = unit(minus(eye, point));
+#endif
 #else
         break;
 #endif

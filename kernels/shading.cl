@@ -1,14 +1,25 @@
 // Shading: what a surface is like at a hit, and the Blinn-Phong terms (paper, section 11.8).
+//
+// The host defines PHONG if a material has Phong's highlight, ATTENUATION if a light gets weaker with
+// distance, and SPOT if one shines into a cone (sections 2 and 3).
 
 // 8 bytes as float32, 16 as float64.
 typedef struct {
-    real exponent;    // of (N.H)^2: shininess / 8
+    real exponent;    // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
     real reflection;  // in [0, 1]
 } Material;
 
-// 12 bytes as float32, 24 as float64. A point light.
+// 12 bytes as float32, 24 as float64; with ATTENUATION 16 and 32 more, with SPOT 20 and 40. A point
+// light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
 typedef struct {
-    real position[3];  // camera space
+    real position[3];
+#ifdef ATTENUATION
+    real fade[3], strength;  // of its light strength / (fade[0] + fade[1] D + fade[2] D^2) is left
+#endif
+#ifdef SPOT
+    real axis[3];  // the way that its middle shines, of unit length
+    real edge[2];  // see cone()
+#endif
 } Light;
 
 // 36 bytes as float32, 72 as float64. What a material makes of a light, linear RGB: the products of
@@ -94,6 +105,29 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
 #endif
     return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
 }
+
+#ifdef ATTENUATION
+// What is left of a light at a distance, at most 2^50.
+static reals faded(__global const Light *light, reals distance) {
+    reals weaker = light->fade[0] + distance * (light->fade[1] + distance * light->fade[2]);
+    reals left = light->strength / weaker;
+    return PICK(left < REAL(1125899906842624.0), left, REAL(1125899906842624.0));
+}
+#endif
+
+#ifdef SPOT
+// The part of a light that its cone leaves: 1 up to the inner angle, 0 from the outer one, between
+// them t^2 (3 - 2 t), with t linear in the cosine of the angle a from the axis. That is also linear in
+// h = |L + axis|^2 = 4 sin^2(a / 2), which keeps its digits where 1 - cos(a) has lost them: a cone of
+// 0.04 degrees is right to 3e-4 in float32.
+static reals cone(__global const Light *light, Vector to_light) {
+    Vector off = plus(to_light, splat(light->axis));
+    reals t = light->edge[0] - light->edge[1] * dot3(off, off);
+    t = PICK(t > 0, t, 0);
+    t = PICK(t < 1, t, 1);
+    return t * t * (3 - 2 * t);
+}
+#endif
 
 static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals specular) {
     return along(along(splat(shade->ambient), diffuse, splat(shade->diffuse)), specular,

@@ -168,6 +168,20 @@ static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __gl
     return hit;
 }
 
+#ifdef ORTHOGRAPHIC
+// For lines that have no start. Those to the tree have one: it has no sphere that they meet before.
+static Hit visible_listed(Ray line, __global const Sphere *spheres, __global const int *ids,
+                          int sphere_count) {
+    Hit hit = no_hit();
+    for (int s = 0; s < sphere_count; s++) {
+        Quadratic q = quadratic(line, spheres + s);
+        ints met = q.delta > 0;
+        if (ANY(met)) hit = closer_of(hit, met, entry(q), ids[s]);
+    }
+    return hit;
+}
+#endif
+
 static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *encloses,
                                __global const Sphere *spheres, __global const int *ids,
                                int sphere_count) {

@@ -31,7 +31,7 @@ def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust")
 
 def options(lanes: int, precision: Precision = "robust", light_inside: bool = False) -> list[str]:
     """The compiler's, for a program with the kernels' functions in it."""
-    return Features(lanes, precision, "float", False, False, light_inside, False, False).options
+    return Features(lanes, precision, "float", light_inside=light_inside).options
 
 
 @functools.cache

@@ -539,6 +539,56 @@ def cases() -> Iterable[HardCase]:
             size=(width, height),
         )
     yield HardCase("empty", "no sphere at all", replace(BASE, spheres=()), check="black")
+    yield from orthographic_cases()
+
+
+def beside(position: Vec3, look_at: Vec3 = (0.0, 0.0, 0.0), height: float = 2.0) -> Scene:
+    """`BASE` through an orthographic camera."""
+    camera = Camera(position, look_at, projection="orthographic", height=height)
+    return replace(BASE, camera=camera)
+
+
+def orthographic_cases() -> Iterable[HardCase]:
+    """The lines of an orthographic camera start before everything, wherever it stands."""
+    for name, scene, reason in (
+        (
+            "beside",
+            beside((0.0, 0.0, 1.0)),
+            "below the horizon lines meet the plane 112 units back",
+        ),
+        ("above", beside((1.0, 1.0, 1.0)), "every line ends on the plane"),
+        (
+            "behind-position",
+            beside((0.0, 0.2, -9.0), (0.0, 0.1, -10.0)),
+            "all is behind the camera",
+        ),
+        ("in-a-ball", beside(RED.center, (-0.2, 0.1, 0.0)), "the camera is inside a ball"),
+        (
+            "under-ground",
+            beside((0.1, -50.0, 0.2), (-0.3, 0.0, -0.1)),
+            "seen from inside the plane",
+        ),
+        ("far", beside((3e5, 2e5, 4e5)), "position is far away"),
+        ("wide", beside((1.0, 1.0, 1.0), height=1e5), "a pixel is 500 units wide"),
+        ("narrow", beside((1.0, 2.0, 3.0), (-0.2, 0.2, -0.4), 1e-4), "a pixel is 5e-7 units wide"),
+        ("no-size", beside((0.0, 0.0, 1.0), height=1e300), "a pixel is wider than float32 can be"),
+        ("point", beside((0.0, 0.0, 1.0), height=1e-300), "all pixels are one"),
+    ):
+        yield HardCase(f"orthographic-{name}", reason, scene, dtype=np.longdouble)
+    for radius in (1e5, 1e7, 1e9):
+        for name, up in (("", UP), ("-tilted", TILTED)):
+            yield HardCase(
+                f"orthographic-plane-{radius:g}{name}",
+                "a plane that is met far before the rest",
+                replace(on_plane(radius, up), camera=beside((0.0, 0.0, 1.0)).camera),
+                dtype=np.longdouble,
+                limit="the plane is met sqrt(2 r h) before the rest" * (radius > 1e5 and up is UP),
+            )
+    for by in ((1e5, -1e5, 1e5), (-1e7, 1e7, 1e7)):
+        yield HardCase(
+            f"orthographic-moved-{by[0]:g}", "rounded where it is seen", moved(by, base=beside((1.0, 1.0, 1.0))),
+            dtype=np.longdouble,
+        )  # fmt: skip
 
 
 CASES = tuple(cases())

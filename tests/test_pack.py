@@ -49,7 +49,7 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
         expected.append(dtype.itemsize)
         expected += [offset for _, offset, *_ in (dtype.fields or {}).values()]
     found = np.zeros(len(expected), np.int32)
-    used = pack.Features(1, precision, "float", False, False, False, True, False).options
+    used = pack.Features(1, precision, "float", tree=True).options
     run_kernel(device, layout_kernel(), "layout", used, 1, (), found)
     assert found.tolist() == expected
 
@@ -124,35 +124,6 @@ def test_shades_are_products_of_material_and_light() -> None:
     assert (found.shades[1, gold]["diffuse"] == expected).all()
 
 
-def test_view_holds_what_a_sphere_shows_of_itself() -> None:
-    """Directions to random points of random spheres, ahead of the camera, lie in their views."""
-    random = np.random.default_rng(5)
-    center = random.normal(0, 3, (2000, 3))
-    radius = random.uniform(0.01, 4, 2000)
-    view = pack._screen_bounds(center, radius)
-    direction = random.normal(0, 1, (200, 2000, 3))
-    direction /= np.linalg.norm(direction, axis=2, keepdims=True)
-    point = center + radius[:, np.newaxis] * direction
-    ahead = point[..., 2] < 0
-    for axis in (0, 1):
-        at = point[..., axis] / -point[..., 2]
-        inside = (at >= view[:, 2 * axis]) & (at <= view[:, 2 * axis + 1])
-        assert inside[ahead].all()
-    assert np.isfinite(view).any(axis=1).mean() > 0.3  # it does narrow things down
-
-
-@pytest.mark.parametrize("center", [(0.1, 0.2, 5.0), (-3.0, 0.0, 5.0), (0.0, -4.0, 4.5)])
-def test_nothing_behind_the_camera_is_in_screen_bounds(center: tuple[float, float, float]) -> None:
-    left, right, bottom, top = pack._screen_bounds(np.array([center]), np.array([1.0]))[0]
-    assert left == np.inf or right == -np.inf or bottom == np.inf or top == -np.inf
-
-
-def test_a_sphere_around_the_camera_is_in_view_everywhere() -> None:
-    for center in ((0.0, 0.0, 0.0), (-1.0, 0.5, 1.0), (1.0, -2.0, -1.0)):
-        view = pack._screen_bounds(np.array([center]), np.array([3.0]))[0]
-        assert view.tolist() == [-np.inf, np.inf, -np.inf, np.inf]
-
-
 def test_a_program_has_what_its_scene_uses() -> None:
     scene = clrt.load_scene("four-spheres")
     world = pack.pack_world(scene, "robust")
@@ -182,7 +153,8 @@ def test_the_kernels_ask_for_nothing_else() -> None:
     told: set[str] = set()
     for precision in pack.PRECISIONS:
         for film in pack.FILMS:
-            told |= {o[2:] for o in pack.Features(1, precision, film, *5 * [True]).options}
+            used = dict.fromkeys(pack.USES, True)
+            told |= {o[2:] for o in pack.Features(1, precision, film, **used).options}
     assert asked == told - {"LANES=1"}
 
 

@@ -92,6 +92,18 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("max_depth = 3", "max_depth = 2020-01-01", "max_depth: expected `int`"),
         ("[camera]", "[camera]\nup = [0.0, 0.0, 1.0]", "camera.up: expected a direction not"),
         ("[camera]", "[camera]\nfov = 200.0", "camera.fov: expected degrees"),
+        ("[camera]", "[camera]\nheight = 2", "camera.height: expected none, which goes with"),
+        (
+            "[camera]",
+            "[camera]\nprojection = 'orthographic'\nheight = 1\nfov = 50",
+            "camera.fov: expected none, which goes with projection 'perspective' only, got 50.0",
+        ),
+        (
+            "[camera]",
+            "[camera]\nprojection = 'orthographic'",
+            "camera.height: expected a finite number above 0, got None",
+        ),
+        ("[camera]", "[camera]\nprojection = 'x'", "camera.projection: "),
         ("[camera]", "[[camera]]", "camera: expected `object`"),
         ("look_at = [0.0, 0.0, 0.0]", "", "camera.look_at: expected a value, got none"),
         ("max_depth = 3", "max_depth == 3", "not TOML: "),

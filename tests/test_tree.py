@@ -19,6 +19,8 @@ MATERIALS = {
     "shiny": clrt.Material((0.1, 0.1, 0), (0.6, 0.6, 0.1), (1, 1, 1), 1000, reflection=0.2),
 }
 CAMERA = clrt.Camera((0, 0, 1), (0, 0, 0))
+BESIDE = clrt.Camera((0.1, 0, -2), (0, -0.2, -3), projection="orthographic", height=1.5)
+ABOVE = replace(BESIDE, look_at=(0.3, -1, -2.3), height=3.0)
 LIGHTS = (clrt.Light((5, 5, 5)), clrt.Light((-3, 2, 1), diffuse=(0.3, 0.3, 0.5)))
 SIZE = (97, 55)
 
@@ -86,6 +88,8 @@ SCENES = {
                       lights=[clrt.Light((1e5 + 5, 5 - 1e5, 1e5 + 5))]),
     "long lens": scene_of(*cloud(300), camera=clrt.Camera((9, 8, 90), (0, 0, -2), fov=2.0)),
     "turned": scene_of(*cloud(300), camera=clrt.Camera((4, 3, -1), (0, 0, -2), (0.3, 1, 0.2))),
+    "orthographic": scene_of(*cloud(300), camera=replace(BESIDE, height=3.0)),
+    "orthographic in it": replace(among_giants(), camera=ABOVE),
     "far light": scene_of(*cloud(300), lights=[clrt.Light((1e6, 2e6, 3e6))]),
     "biased": scene_of(*cloud(300), shadow_bias=1e-3),
 }  # fmt: skip
@@ -223,7 +227,7 @@ def test_each_sphere_is_in_one_leaf_and_in_all_boxes_above(device: cl.Device, n:
     beads[::9, 3] = np.nan  # in the list beside it
     context = cl.Context([device])
     queue = cl.CommandQueue(context)
-    used = pack.Features(4, "robust", "float", False, False, False, True, False).options
+    used = pack.Features(4, "robust", "float", tree=True).options
     built = cl.Program(context, program.kernel_source()).build(options=used)
     kernels = program.kernels(built)
     made = Tree(beads, queue, kernels)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pyopencl as cl
 import pytest
+from msgspec.structs import replace
 
 import clrt
 from clrt import pack, trial
@@ -21,13 +22,15 @@ from clrt.pack import LANES, PRECISIONS, Features
 from clrt.renderer import Renderer
 
 EXPOSE = "Exposure exposure = exposure_of(color, path);"
-PLAIN = Features(4, "robust", "float", False, False, False, False, False)
+PLAIN = Features(4, "robust", "float")
+USED = [some for n in range(3) for some in itertools.combinations(pack.USES, n)]
 EVERY = [
-    Features(4, precision, film, *used)
+    Features(4, precision, film, **dict.fromkeys(some, True))
     for precision in PRECISIONS
     for film in pack.FILMS
-    for used in itertools.product((False, True), repeat=5)
-    if not (precision == "literal" and (used[1] or used[3]))  # which has no long lens, and no tree
+    for some in [*USED, *(tuple(set(pack.USES) - set(one)) for one in USED)]
+    if not {"orthographic", "long_lens"} <= set(some)
+    if not (precision == "literal" and {"long_lens", "tree"} & set(some))  # it has none
 ]
 
 
@@ -41,9 +44,8 @@ def test_a_trials_scene_needs_what_the_program_is_for(features: Features) -> Non
 def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
     """Were it left out of the kernel, the trial would notice: where it does no more than speed
     things up or keep digits it cannot."""
-    with_all = Features(4, "robust", "paths", True, False, True, False, False)
-    without = [Features(4, "robust", "paths", False, False, True, False, False),
-               Features(4, "robust", "paths", True, False, False, False, False)]  # fmt: skip
+    with_all = Features(4, "robust", "paths", reflection=True, light_inside=True)
+    without = [replace(with_all, reflection=False), replace(with_all, light_inside=False)]
     source = program.kernel_source()
     trial.try_here(device, source, with_all)
     for less in without:
@@ -65,7 +67,7 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film) -> None:
         "path = PICK_INT(LANE == LANES - 1, path ^ 1, path);\n" + EXPOSE,
     )
     assert wrong != source
-    features = Features(8, precision, film, True, False, False, False, False)
+    features = Features(8, precision, film, reflection=True)
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
     assert trial.try_here(device, source, features)
@@ -168,7 +170,7 @@ def test_a_child_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("lanes", LANES)
 def test_the_child_makes_what_is_made_here(lanes: int) -> None:
-    features = Features(lanes, "robust", "bytes", False, False, False, False, False)
+    features = Features(lanes, "robust", "bytes")
     device = devices()[0]
     binary = trial.tried(device, program.kernel_source(), features)
     built = program.loaded(cl.Context([device]), device, binary)
@@ -182,7 +184,7 @@ def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
         "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
         "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "
-        "'float', True, False, False, False, False))"
+        "'float', reflection=True))"
     )
     parent = subprocess.Popen(
         [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -10,6 +10,7 @@ import msgspec
 
 from clrt import data
 from clrt.errors import SceneError
+from clrt.light import LIGHT_KINDS
 from clrt.scene import Material, Scene
 
 T = TypeVar("T")
@@ -98,7 +99,26 @@ def parse_scene(text: str) -> Scene:
         # msgspec does not say in which entry of a dict an error lies.
         for name, table in materials.items():
             _convert(table, Material, f"materials.{name}")
+    if isinstance(tables.get("lights"), list):
+        tables["lights"] = [_light(table, i) for i, table in enumerate(tables["lights"])]
     return _convert(tables, Scene, "")
+
+
+def _light(table: Any, i: int) -> Any:
+    """A light's table with its kind, and without keys of other kinds."""
+    if not isinstance(table, dict):
+        return table
+    kind = table.get("type", "point")
+    fields = {k.__struct_config__.tag: k.__struct_fields__ for k in LIGHT_KINDS}
+    where = f"lights[{i}]"
+    if not isinstance(kind, str) or kind not in fields:
+        *most, last = map(repr, fields)
+        raise SceneError(f"{where}.type: expected {', '.join(most)} or {last}, got {kind!r}")
+    for key in set(table) - {"type", *fields[kind]}:
+        if having := [repr(other) for other in fields if key in fields[other]]:
+            kinds = " and ".join(having)
+            raise SceneError(f"{where}.{key}: expected in lights of type {kinds}, not {kind!r}")
+    return {**table, "type": kind}
 
 
 def _convert(tables: Any, kind: type[T], path: str) -> T:

@@ -1,0 +1,98 @@
+"""Lights: the paper's four kinds (section 2). Their colours are linear RGB, lengths world units.
+
+What each adds at a hit is in clrt/reference.py.
+"""
+
+from typing import TypeAlias, get_args
+
+import msgspec
+from msgspec.structs import force_setattr
+
+from clrt.values import WHITE, Color, Vec3, number, require, vectors
+
+
+class PointLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="point"):
+    """It shines from a point to all sides (paper, section 2)."""
+
+    position: Vec3
+    ambient: Color = WHITE
+    diffuse: Color = WHITE
+    specular: Color = WHITE
+    attenuation: Vec3 = (1.0, 0.0, 0.0)
+    """A, B and C of 1 / (A + B D + C D^2), which multiplies diffuse and specular. D: how far away
+    the light is, world units."""
+
+    type = property(lambda self: "point")
+
+    def __post_init__(self) -> None:
+        vectors(self, "position", "ambient", "diffuse", "specular")
+        _attenuation(self)
+
+
+class DirectionalLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="directional"):
+    """It is infinitely far away: the same everywhere."""
+
+    direction: Vec3
+    """The way that it travels, of any length but 0."""
+    ambient: Color = WHITE
+    diffuse: Color = WHITE
+    specular: Color = WHITE
+
+    type = property(lambda self: "directional")
+
+    def __post_init__(self) -> None:
+        vectors(self, "direction", "ambient", "diffuse", "specular")
+        require(any(self.direction), "direction", "a vector apart from 0", self.direction)
+
+
+class SpotLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="spot"):
+    """It shines from a point into a cone."""
+
+    position: Vec3
+    look_at: Vec3
+    """A point on the cone's axis."""
+    ambient: Color = WHITE
+    diffuse: Color = WHITE
+    specular: Color = WHITE
+    attenuation: Vec3 = (1.0, 0.0, 0.0)
+    """As a PointLight's."""
+    outer_angle: float = 45.0
+    """Between the cone's axis and where its light ends, degrees, up to 180."""
+    inner_angle: float | None = None
+    """To where it is full, degrees; three quarters of outer_angle if it is not given."""
+
+    type = property(lambda self: "spot")
+
+    def __post_init__(self) -> None:
+        vectors(self, "position", "look_at", "ambient", "diffuse", "specular")
+        _attenuation(self)
+        apart = self.position != self.look_at
+        require(apart, "look_at", "a point apart from position", self.look_at)
+        number(self, "outer_angle", "degrees above 0, up to 180", lambda angle: 0 < angle <= 180)
+        outer = self.outer_angle
+        inner = 0.75 * outer if self.inner_angle is None else self.inner_angle
+        force_setattr(self, "inner_angle", inner)
+        expected = f"degrees from 0 to outer_angle ({outer})"
+        number(self, "inner_angle", expected, lambda angle: 0 <= angle <= outer)
+
+
+class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="ambient"):
+    """It reaches every point of every surface alike."""
+
+    ambient: Color = WHITE
+
+    type = property(lambda self: "ambient")
+
+    def __post_init__(self) -> None:
+        vectors(self, "ambient")
+
+
+Light = PointLight
+LightKind: TypeAlias = PointLight | DirectionalLight | SpotLight | AmbientLight
+LIGHT_KINDS: tuple[type[LightKind], ...] = get_args(LightKind)
+
+
+def _attenuation(light: PointLight | SpotLight) -> None:
+    vectors(light, "attenuation")
+    good = min(light.attenuation) >= 0 and any(light.attenuation)
+    require(good, "attenuation", "three numbers, at least 0 and not all 0", light.attenuation)
