@@ -2,7 +2,7 @@
 
 import click
 
-from benchmarks import accuracy, animation, many, peers, readme, speed, targets
+from benchmarks import accuracy, animation, features, many, peers, readme, speed, targets
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -19,6 +19,7 @@ def main(context: click.Context, quick: bool) -> None:
 
 main.add_command(accuracy.command)
 main.add_command(animation.command)
+main.add_command(features.command)
 main.add_command(many.command)
 main.add_command(peers.command)
 main.add_command(readme.command)

@@ -31,7 +31,9 @@ def moved(scene: Scene, by: Vec3) -> Scene:
             position=shift(scene.camera.position),
             look_at=shift(scene.camera.look_at),
         ),
-        lights=tuple(replace(light, position=shift(light.position)) for light in scene.lights),
+        lights=tuple(
+            replace(light, position=shift(light.position)) for light in harness.point_lights(scene)
+        ),
         spheres=tuple(replace(s, center=shift(s.center)) for s in scene.spheres),
     )
 
@@ -52,6 +54,7 @@ def command(quick: bool) -> None:
         "four-spheres": base,
         "moved by (1e5, -1e5, 1e5)": moved(base, (1e5, -1e5, 1e5)),
         "plane of radius 1e7": with_plane(base, 1e7),
+        "lights": clrt.load_scene("lights"),
     }
     rows, points = [], []
     for name, scene in scenes.items():

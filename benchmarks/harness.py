@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from clrt.light import PointLight
 from clrt.opencl.device import find_device
 from clrt.renderer import Renderer
 from clrt.scene import Scene
@@ -57,6 +58,13 @@ def kernel_time(
         return statistics.median(times)
 
     return run
+
+
+def point_lights(scene: Scene) -> list[PointLight]:
+    """A scene's lights, for those that know but one kind."""
+    found = [light for light in scene.lights if isinstance(light, PointLight)]
+    assert len(found) == len(scene.lights)
+    return found
 
 
 def summary(seconds: Sequence[float]) -> dict[str, float]:

@@ -11,7 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import Light, Material, Scene
+from benchmarks import harness
+from clrt.light import Light
+from clrt.scene import Material, Scene
 from clrt.spheres import Sphere
 
 Vector = NDArray[np.float64]
@@ -21,6 +23,7 @@ def render(scene: Scene, width: int, height: int) -> NDArray[np.float64]:
     """(height, width, 3), linear, not clipped."""
     right, up, back = map(np.array, scene.camera.basis())
     eye = np.array(scene.camera.position)
+    assert scene.camera.fov is not None
     reach = math.tan(math.radians(scene.camera.fov / 2))  # half the screen's width
     film = np.empty((height, width, 3))
     for row in range(height):
@@ -41,7 +44,9 @@ def seen(scene: Scene, start: Vector, way: Vector, segments: int) -> Vector:
     outward = unit(spot - np.array(sphere.center))
     outside = spot + scene.shadow_bias * outward
     material = scene.materials[sphere.material]
-    lights = [light for light in scene.lights if reaches(scene, light, spot, outside)]
+    lights = [
+        light for light in harness.point_lights(scene) if reaches(scene, light, spot, outside)
+    ]
     color = sum((shade(scene, light, material, spot, outside, outward) for light in lights), black)
     if lights and segments > 1:
         mirrored = way - 2 * (way @ outward) * outward

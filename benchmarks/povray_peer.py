@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import harness
 from clrt.files import image
 from clrt.scene import Scene
 
@@ -27,7 +28,7 @@ def scene_text(scene: Scene) -> str:
     ]
     parts += [
         f"light_source {{ {vector(light.position, -1)} rgb {vector(light.diffuse)} }}\n"
-        for light in scene.lights
+        for light in harness.point_lights(scene)
     ]
     for sphere in scene.spheres:
         m = scene.materials[sphere.material]

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import harness, many, peers
+from benchmarks import features, harness, many, peers
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -187,6 +187,7 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "command": ("speed", whole_command),
     "targets": ("targets", targets),
     "animation": ("animation", animation),
+    "features": ("features", lambda f: features.table(f["size"], f["features"])),
     "many": ("many", many_spheres),
     "script": ("many", script),
 }

@@ -85,7 +85,13 @@ def device(request: pytest.FixtureRequest) -> cl.Device:
     return request.param
 
 
-@pytest.fixture(params=LANES, ids=lambda n: f"lanes{n}", scope="session")
+# One lane is scalars, sixteen are what a CPU gets; the others are slow to go through.
+EVERY_LANES = [
+    pytest.param(n, marks=[pytest.mark.slow] * (n not in (1, 16)), id=f"lanes{n}") for n in LANES
+]
+
+
+@pytest.fixture(params=EVERY_LANES, scope="session")
 def lanes(request: pytest.FixtureRequest) -> int:
     return request.param
 

@@ -12,7 +12,18 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike
 
-from clrt import Camera, Light, Material, Scene, Sphere, load_scene
+from clrt import (
+    AmbientLight,
+    Camera,
+    DirectionalLight,
+    Light,
+    Material,
+    Scene,
+    Sphere,
+    SpotLight,
+    load_scene,
+)
+from clrt.light import LightKind
 from clrt.metrics import QUARTER_STEP
 from clrt.values import Vec3
 
@@ -31,6 +42,7 @@ class HardCase:
     size: tuple[int, int] = (300, 200)
     dtype: DTypeLike = np.float64  # of the truth: longdouble where float64 is in doubt
     error: float = QUARTER_STEP  # allowed off flips
+    double: float = QUARTER_STEP  # in double
     flips: int = 2  # allowed
     check: Literal["truth", "black", "finite"] = "truth"
     literal_fails: bool = False  # the paper's formula in float32 must not pass
@@ -39,6 +51,8 @@ class HardCase:
 
 BASE = replace(load_scene("four-spheres"), shadow_bias=0.0)
 RED, MAGENTA, GREEN, PLANE = BASE.spheres
+SUN = Light((5.0, 5.0, 5.0))
+assert BASE.lights == (SUN,)
 GROUND: Vec3 = (0.0, -0.7, 0.0)  # the plane's surface below the scene
 UP: Vec3 = (0.0, 1.0, 0.0)
 LAMP: Vec3 = (0.3, 0.5, -0.5)
@@ -89,7 +103,11 @@ def moved(by: Vec3, scale: float = 1.0, base: Scene = BASE) -> Scene:
     return replace(
         base,
         camera=replace(camera, position=there(camera.position), look_at=there(camera.look_at)),
-        lights=tuple(replace(light, position=there(light.position)) for light in base.lights),
+        lights=tuple(
+            replace(light, position=there(light.position))
+            for light in base.lights
+            if isinstance(light, Light)
+        ),
         spheres=tuple(
             replace(s, center=there(s.center), radius=s.radius * scale) for s in base.spheres
         ),
@@ -154,7 +172,7 @@ def far_giant(radius: float, height: float) -> Scene:
 def highlight(shininess: float) -> Scene:
     """The highlight of the red sphere, filling the picture."""
     center, eye = np.array(RED.center), np.array(BASE.camera.position)
-    light = np.array(BASE.lights[0].position)
+    light = np.array(SUN.position)
     point = center + np.array((0.0, 0.0, RED.radius))
     for _ in range(50):  # to where N = H
         to_light, to_eye = light - point, eye - point
@@ -540,6 +558,117 @@ def cases() -> Iterable[HardCase]:
         )
     yield HardCase("empty", "no sphere at all", replace(BASE, spheres=()), check="black")
     yield from orthographic_cases()
+    yield from light_cases()
+
+
+def lit_by(*lights: LightKind, base: Scene = BASE) -> Scene:
+    return replace(base, lights=lights)
+
+
+def light_cases() -> Iterable[HardCase]:
+    """Lights of all kinds, and Phong's highlight. In double all are off by less than 1e-7."""
+
+    def case(name: str, reason: str, *lights: LightKind, **more: Any) -> HardCase:
+        scene = lit_by(*lights, base=more.pop("base", BASE))
+        return HardCase(name, reason, scene, dtype=np.longdouble, double=1e-7, **more)
+
+    for name, reason, position, attenuation in (
+        ("quadratic", "no constant part", (5.0, 5.0, 5.0), (0.0, 0.0, 0.01)),
+        ("all-parts", "the paper's", (5.0, 5.0, 5.0), (1.0, 0.2, 0.05)),
+        ("near-plane", "distances from 1e-3 on", (0.3, GROUND[1] + 1e-3, -0.5), (0.0, 0.0, 1.0)),
+        ("at-1e12", "the square of the distance is 1e24", (1e12, 1e12, 1e12), (0.0, 0.0, 1e-24)),
+        ("at-1e20", "farther than lights are kept", (1e20, 1e20, 1e20), (0.0, 0.0, 1e-40)),
+    ):
+        yield case(f"attenuation-{name}", reason, Light(position, attenuation=attenuation))
+    for by in ((1e5, -1e5, 1e5), (-1e7, 1e7, 1e7)):
+        lit = lit_by(Light((1.0, 1.0, 1.0), attenuation=(0.1, 0.3, 0.5)))
+        yield HardCase(f"attenuation-moved-{by[0]:g}", "and moved", moved(by, 1, lit), double=1e-6,
+                       dtype=np.longdouble)  # fmt: skip
+    x, y, z = RED.center
+    yield case(
+        "attenuation-at-0",
+        "ill-posed: a light on a sphere, at distance 0 from a point",
+        Light((x, y, z + RED.radius), attenuation=(0.0, 0.0, 1.0)),
+        check="finite",
+    )
+    for c in (1e-30, 1e-300, 1e300):
+        weak = Light((5.0, 5.0, 5.0), attenuation=(0.0, 0.0, c))
+        yield case(f"attenuation-{c:g}", "1 / C D^2 leaves float32", weak, check="finite")
+
+    above = (0.3, 1.4, 0.2)
+    for name, reason, outer, inner, error in (
+        ("3-6", "narrow", 6.0, 3.0, QUARTER_STEP),
+        ("sharp", "an edge 0.001 degrees wide", 20.0, 19.999, QUARTER_STEP),
+        ("hard", "no width at all", 20.0, 20.0, QUARTER_STEP),
+        ("0.1-0.4", "1 - cosine has lost its digits", 0.4, 0.1, QUARTER_STEP),
+        ("0.01-0.04", "only |L + axis|^2 has some", 0.04, 0.01, QUARTER_STEP),
+        ("60-90", "a half space", 90.0, 60.0, QUARTER_STEP),
+        ("0-180", "dark in one direction only", 180.0, 0.0, QUARTER_STEP),
+    ):
+        spot = SpotLight(above, (-0.1, -0.2, -0.4), outer_angle=outer, inner_angle=inner)
+        yield case(f"spot-{name}", reason, spot, error=error)
+    fading = SpotLight(above, (-0.1, -0.2, -0.4), attenuation=(0.2, 0.1, 0.3), outer_angle=30.0)
+    yield case("spot-and-attenuation", "both, and a light that is neither", fading, SUN)
+    away = SpotLight((5.0, 5.0, 5.0), (9.0, 9.0, 9.0))
+    yield case("spot-looks-away", "nothing of it is seen", away, check="black")
+    inside = SpotLight((-0.32, 0.02, 0.04), (0.0, 0.0, 0.0))
+    yield case("spot-in-a-ball", "it lights nothing", inside, check="black")
+    yield case(
+        "spot-far",
+        "7e6 away, its cone 1.2 units wide there",
+        SpotLight((3e6, 4e6, 5e6), (-0.1, -0.2, -0.4), outer_angle=1e-5, inner_angle=0.0),
+        limit="the direction of a light is rounded to 2^-24, the half of this cone",
+    )
+
+    yield case("directional", "infinitely far", DirectionalLight((-1.0, -2.0, -0.5)))
+    yield case("directional-oblique", "along the plane", DirectionalLight((-1.0, -0.02, 0.3)))
+    yield case(
+        "directional-1e-200", "a length that has no square", DirectionalLight((-1e-200,) * 3)
+    )
+    yield case(
+        "directional-horizon",
+        "1e-3 over the horizon of a giant",
+        DirectionalLight((-1.0, -1e-3, 0.0)),
+        base=on_plane(1e6),
+    )
+    for up in (UP, TILTED):
+        straight = (-up[0], -up[1], -up[2])
+        yield case(
+            f"directional-down-{up[0]:g}",
+            "straight down on a plane of radius 1e9",
+            DirectionalLight(straight),
+            base=on_plane(1e9, up),
+        )
+    yield case("ambient-alone", "a mirror goes on in shadow", AmbientLight((1.0, 0.9, 0.8)))
+    yield case("ambient-and-shadow", "and with a light", AmbientLight((0.5, 0.5, 0.5)), SUN)
+    yield case(
+        "four-kinds",
+        "all together",
+        AmbientLight((0.2, 0.2, 0.3)),
+        DirectionalLight((-1.0, -2.0, -0.5), diffuse=(0.4, 0.4, 0.3)),
+        SpotLight(above, (-0.1, -0.2, -0.4), attenuation=(0.5, 0.0, 0.5)),
+        Light((2.0, 1.0, 1.0), attenuation=(0.3, 0.2, 0.1)),
+        base=made_of(highlight="phong"),
+    )
+    for shininess in (0.0, 1.0, 100.0, 1e4, 1e6):
+        yield case(
+            f"phong-{shininess:g}",
+            "(R.V)^n: rounding grows with n; 0^0 is 1",
+            SUN,
+            base=made_of(highlight="phong", shininess=shininess, specular=(0.2, 0.3, 0.1)),
+        )
+    yield case(
+        "phong-grazing",
+        "N.L = 0: R and L are one line",
+        Light((0.0, GROUND[1] + 1e-7, -3.0)),
+        base=made_of(highlight="phong", shininess=3.0),
+        check="finite",
+    )
+    mixed = {
+        name: replace(m, highlight="phong" if name in ("red", "plane") else "blinn-phong")
+        for name, m in BASE.materials.items()
+    }
+    yield case("phong-and-blinn", "in one packet", SUN, base=replace(BASE, materials=mixed))
 
 
 def beside(position: Vec3, look_at: Vec3 = (0.0, 0.0, 0.0), height: float = 2.0) -> Scene:
@@ -584,11 +713,10 @@ def orthographic_cases() -> Iterable[HardCase]:
                 dtype=np.longdouble,
                 limit="the plane is met sqrt(2 r h) before the rest" * (radius > 1e5 and up is UP),
             )
+    seen = beside((1.0, 1.0, 1.0))
     for by in ((1e5, -1e5, 1e5), (-1e7, 1e7, 1e7)):
-        yield HardCase(
-            f"orthographic-moved-{by[0]:g}", "rounded where it is seen", moved(by, base=beside((1.0, 1.0, 1.0))),
-            dtype=np.longdouble,
-        )  # fmt: skip
+        name = f"orthographic-moved-{by[0]:g}"
+        yield HardCase(name, "only what is seen counts", moved(by, base=seen), dtype=np.longdouble)
 
 
 CASES = tuple(cases())

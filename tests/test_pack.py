@@ -120,7 +120,9 @@ def test_shades_are_products_of_material_and_light() -> None:
     scene = clrt.load_scene("sunflower")
     found = packed(scene, "double")
     gold = list(scene.materials).index("gold")
-    expected = np.array(scene.materials["gold"].diffuse) * scene.lights[1].diffuse
+    light = scene.lights[1]
+    assert isinstance(light, clrt.Light)
+    expected = np.array(scene.materials["gold"].diffuse) * light.diffuse
     assert (found.shades[1, gold]["diffuse"] == expected).all()
 
 

@@ -53,7 +53,7 @@ def test_defaults() -> None:
     assert scene.camera.up == (0, 1, 0)
     assert scene.camera.fov == 90
     assert scene.lights[0].type == "point"
-    assert scene.lights[0].diffuse == (1, 1, 1)
+    assert scene.lights[0] == clrt.Light((5, 5, 5), diffuse=(1, 1, 1))
     assert scene.materials["red"].reflection == 0
     assert isinstance(scene.camera.position[0], float)
 
@@ -79,10 +79,37 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("[-0.2, 0.0, -1.0]", "[-0.2, 0.0]", "spheres[0].center: expected `array` of length 3"),
         ("[-0.2, 0.0, -1.0]", "[inf, 0.0, 1.0]", "spheres[0].center: expected three finite"),
         ("[-0.2, 0.0, -1.0]", "[0.0, 'a', 1.0]", "spheres[0].center[1]: expected `float`"),
-        ("shininess = 100.0", "", "materials.red.shininess: expected a value, got none"),
+        ("shininess = 100.0", "highlight = 'x'", "materials.red.highlight: "),
         ("shininess = 100.0", "shininess = 1\nfuzz = 1", "materials.red.fuzz: unknown key"),
         ("shininess = 100.0", "shininess = 1\nreflection = 1.1", "materials.red.reflection: "),
-        ("[5.0, 5.0, 5.0]", "[5.0, 5.0, 5.0]\ntype = 'spot'", "lights[0].type: "),
+        (
+            "[5.0, 5.0, 5.0]",
+            "[5.0, 5.0, 5.0]\ntype = 'sun'",
+            "lights[0].type: expected 'point', 'directional', 'spot' or 'ambient', got 'sun'",
+        ),
+        ("[5.0, 5.0, 5.0]", "[5.0, 5.0, 5.0]\ntype = 1", "lights[0].type: expected 'point', "),
+        (
+            "[5.0, 5.0, 5.0]",
+            "[5.0, 5.0, 5.0]\ndirection = [1.0, 0.0, 0.0]",
+            "lights[0].direction: expected in lights of type 'directional', not 'point'",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'directional'",
+            "lights[0].direction: expected a value, got none",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'ambient'\nattenuation = [1.0, 0.0, 0.0]",
+            "lights[0].attenuation: expected in lights of type 'point' and 'spot', not 'ambient'",
+        ),
+        ("[5.0, 5.0, 5.0]", "[5.0, 5.0, 5.0]\ncolour = 1", "lights[0].colour: unknown key"),
+        (
+            "[5.0, 5.0, 5.0]",
+            "[5.0, 5.0, 5.0]\ntype = 'spot'\nlook_at = [0.0, 0.0, 0.0]\nouter_angle = 20.0\n"
+            "inner_angle = 30.0",
+            "lights[0].inner_angle: expected degrees from 0 to outer_angle (20.0), got 30.0",
+        ),
         ("max_depth = 3", "max_depth = 0", "max_depth: expected a whole number from 1 to 1000"),
         ("max_depth = 3", "max_depth = 3000000000", "max_depth: expected a whole number"),
         ("max_depth = 3", "max_depth = 2.5", "max_depth: expected `int`"),
