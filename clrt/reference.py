@@ -235,9 +235,10 @@ class _Tracer:
                     reached[:] = True
                     color[:, pixel] += weight * self.ambient_term(light, hit)
                     continue
-                to_light, distance = self.toward(light, point, lifted)
+                to_light, distance = self.toward(light, lifted)
                 cone = self.cone(light, to_light)
-                lit = (cone > 0) & self.lit(distance, lifted, to_light, normal, hit)
+                _, limit = self.toward(light, point)
+                lit = (cone > 0) & self.lit(limit, lifted, to_light, normal, hit)
                 path[pixel] = path[pixel] * PRIME + lit
                 reached |= lit
                 term = self.term(light, point, to_light, distance, normal, hit)
@@ -250,13 +251,13 @@ class _Tracer:
             direction = direction - 2 * _dot(direction, normal) * normal
         return color, path
 
-    def toward(self, light: Shining, point: Array, lifted: Array) -> tuple[Array, Array]:
-        """The direction of a light from lifted hit points, and its distance from the points."""
+    def toward(self, light: Shining, point: Array) -> tuple[Array, Array]:
+        """The direction of a light from some points, and its distance."""
         if isinstance(light, DirectionalLight):
             opposite = -_unit(self._column(light.direction))
             return np.repeat(opposite, point.shape[1], axis=1), np.full(point.shape[1], np.inf)
         position = self._column(light.position)
-        return _unit(position - lifted), _norm(position - point)
+        return _unit(position - point), _norm(position - point)
 
     def cone(self, light: Shining, to_light: Array) -> Array:
         """The part of its light that a spot's cone leaves (section 2)."""
@@ -273,12 +274,10 @@ class _Tracer:
         smooth: Array = t**2 * (3 - 2 * t)
         return smooth
 
-    def lit(
-        self, distance: Array, lifted: Array, to_light: Array, normal: Array, hit: Array
-    ) -> Array:
+    def lit(self, limit: Array, lifted: Array, to_light: Array, normal: Array, hit: Array) -> Array:
         """Whether nothing stands between a hit point and a light (11.7)."""
         _, free = self.nearest(lifted, to_light, hit)
-        clear: Array = free >= distance
+        clear: Array = free >= limit
         if self.exact:
             clear &= _dot(normal, to_light) >= 0
         return clear

@@ -192,7 +192,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     )
 
 
-@settings(max_examples=30, derandomize=True, deadline=None)
+@settings(max_examples=20, derandomize=True, deadline=None)
 @given(scene=scenes())
 def test_made_up_scenes(device: cl.Device, scene: Scene) -> None:
     case = HardCase("made up", "", scene, size=(48, 32), dtype=np.longdouble, flips=9)
