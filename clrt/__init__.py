@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         OutputError,
         RequestError,
         SceneError,
+        SceneWarning,
     )
     from clrt.files.image import save
     from clrt.files.scenefile import builtin_scenes, load_scene
@@ -38,6 +39,7 @@ _HOMES = {
         "OutputError",
         "RequestError",
         "SceneError",
+        "SceneWarning",
     ),
     "clrt.files.image": ("save",),
     "clrt.reference": ("reference",),
@@ -65,6 +67,7 @@ __all__ = [
     "RequestError",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "Sphere",
     "Spheres",
     "SpotLight",

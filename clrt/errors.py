@@ -27,3 +27,7 @@ class SceneError(RequestError):
 
 class DeviceWarning(UserWarning):
     """A device does the work, but not in the way that was asked for."""
+
+
+class SceneWarning(UserWarning):
+    """A picture is not quite what its scene says."""

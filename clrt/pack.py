@@ -13,9 +13,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import lens
+from clrt import glass, lens
+from clrt.errors import RequestError
 from clrt.light import AmbientLight, DirectionalLight, LightKind, PointLight, SpotLight
-from clrt.scene import Material, Scene
+from clrt.scene import Camera, Material, Scene
 from clrt.spheres import Sphere, Spheres
 from clrt.values import BLACK
 
@@ -64,6 +65,10 @@ class Features(msgspec.Struct, frozen=True):
     """A light shines into a cone."""
     phong: bool = False
     """A material's highlight is Phong's."""
+    nest: int = 0
+    """How many transparent spheres a ray can be inside of at once; 0: there are none."""
+    split: bool = False
+    """A surface mirrors and transmits."""
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -81,7 +86,14 @@ class Features(msgspec.Struct, frozen=True):
             "FILM_PATHS": self.film == "paths",
             **{name.upper(): getattr(self, name) for name in USES},
         }
-        return [f"-DLANES={self.lanes}", *(f"-D{name}" for name, used in known.items() if used)]
+        return [
+            f"-DLANES={self.lanes}",
+            *(
+                f"-D{name}" if used is True else f"-D{name}={used}"
+                for name, used in known.items()
+                if used
+            ),
+        ]
 
 
 USES = Features.__struct_fields__[3:]
@@ -101,6 +113,8 @@ MAX_RADIUS = 2.0**53  # in units of the scene's extent: a plane to the last bit 
 MAX_DISTANCE = 2.0**40  # of a light, the bias and a screen's side, in the same units
 MAX_COLOR = 2.0**50  # white is 1
 MAX_EXPONENT = 2.0**100
+VEIL: dict[Real, float] = {np.float32: 2.0**23, np.float64: 2.0**40}
+"""A veil's unit, see veiled() of sphere.cl."""
 MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
 Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
@@ -113,7 +127,16 @@ def camera_dtype(real: Real, tree: bool = False) -> np.dtype[Any]:
     return np.dtype(fields + axes * tree, align=True)
 
 
-def sphere_dtype(real: Real) -> np.dtype[Any]:
+def glass_dtype(real: Real) -> np.dtype[Any]:
+    integer = np.int64 if real is np.float64 else np.int32
+    return np.dtype([("order", integer), ("veil", integer)])
+
+
+def medium_dtype(real: Real) -> np.dtype[Any]:
+    return np.dtype([("sphere", np.int32), ("order", np.int32), ("ior", real)], align=True)
+
+
+def sphere_dtype(real: Real, glass: bool = False) -> np.dtype[Any]:
     return np.dtype(
         [
             ("anchor", real, 3),
@@ -125,13 +148,15 @@ def sphere_dtype(real: Real) -> np.dtype[Any]:
             ("horizon", real),
             ("giant", np.int32),
             ("material", np.int32),
+            *[("glass", glass_dtype(real))] * glass,
         ],
         align=True,
     )
 
 
-def material_dtype(real: Real) -> np.dtype[Any]:
-    return np.dtype([("exponent", real), ("reflection", real)], align=True)
+def material_dtype(real: Real, glass: bool = False) -> np.dtype[Any]:
+    names = ("exponent", "reflection", *("transmission", "ior", "fresnel") * glass)
+    return np.dtype([(name, real) for name in names], align=True)
 
 
 def light_dtype(real: Real, attenuation: bool = False, spot: bool = False) -> np.dtype[Any]:
@@ -170,6 +195,11 @@ class World:
     """(shining lights, materials), and a row more for ambient light if there is any."""
     colors: Array | None
     """(spheres, 3) of real, if they have their own."""
+    glass: Array | None
+    """(spheres,) of glass_dtype, if some are transparent."""
+    nest: int
+    gone: Array
+    """Indices of spheres that are as if they were not there."""
 
     def is_of(self, scene: Scene) -> bool:
         """Whether it is this scene's: by identity of the spheres, which can be many."""
@@ -186,12 +216,19 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     materials = list(scene.materials.values())
     shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
     spheres = Spheres.of(scene.spheres)
-    packed_materials = np.zeros(len(materials), material_dtype(real))
+    index = {name: i for i, name in enumerate(scene.materials)}
+    places = np.array([index[name] for name in spheres.names or ()], np.int32)
+    material_of = places[spheres.material_index]
+    panes, nest, gone = _glass(materials, material_of, spheres, real)
+    packed_materials = np.zeros(len(materials), material_dtype(real, nest > 0))
     ambient = [light.ambient for light in scene.lights if isinstance(light, AmbientLight)]
     shades = np.zeros((len(shining) + bool(ambient), len(materials)), shade_dtype(real))
     with _overflow(precision):
         packed_materials["exponent"] = list(map(_exponent, materials))
         packed_materials["reflection"] = [m.reflection for m in materials]
+        if nest:
+            for name in ("transmission", "ior", "fresnel"):
+                packed_materials[name] = [getattr(m, name) for m in materials]
         for color in COLORS:
             of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
             of_lights = [getattr(light, color) for light in shining]
@@ -202,8 +239,6 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         colors = None
         if spheres.color is not None:
             colors = np.clip(spheres.color, -MAX_COLOR, MAX_COLOR).astype(real)
-    index = {name: i for i, name in enumerate(scene.materials)}
-    places = np.array([index[name] for name in spheres.names or ()], np.int32)
     return World(
         scene.spheres,
         scene.lights,
@@ -212,12 +247,37 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         precision,
         precision != "literal" and len(spheres) >= TREE_FROM,
         spheres,
-        places[spheres.material_index],
+        material_of,
         np.flatnonzero(_encloses(spheres.center, spheres.radius, shining).any(axis=0)),
         packed_materials,
         shades,
         colors,
+        panes,
+        nest,
+        gone,
     )
+
+
+def _glass(
+    materials: Sequence[Material], material_of: Array, spheres: Spheres, real: Real
+) -> tuple[Array | None, int, Array]:
+    """What concerns rays through each sphere, how many they can be inside of, and which spheres are
+    as if they were not there; None, 0 and none if no sphere is transparent."""
+    none = np.zeros(0, np.int64)
+    transmission = np.array([m.transmission for m in materials], np.float64)
+    transparent = (transmission > 0)[material_of] if len(materials) else none
+    where = np.flatnonzero(transparent)
+    if len(where) == 0:
+        return None, 0, none
+    met = glass.meetings(spheres.center[where].astype(np.float64), spheres.radius[where])
+    nothing = np.array([glass.is_nothing(m) for m in materials], bool)[material_of[where]]
+    panes = np.zeros(len(spheres), glass_dtype(real))
+    panes["order"] = glass.orders(spheres.radius, transparent)
+    unit = VEIL[real]
+    with np.errstate(divide="ignore"):
+        veil = np.minimum(-np.log2(transmission) * unit, 128 * unit - 1)
+    panes["veil"] = np.rint(veil).astype(np.int64)[material_of]
+    return panes, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
 
 
 def _exponent(material: Material) -> float:
@@ -245,23 +305,49 @@ def _encloses(center: Array, radius: Array, lights: Sequence[Shining]) -> Array:
 
 
 def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
-    """What the program of a scene must have."""
-    reflects = any(material.reflection > 0 for material in world.materials.values())
+    """What the program of a scene must have.
+
+    Raises:
+        RequestError: the precision does not know something of it.
+    """
+    if world.nest and world.precision == "literal":
+        raise RequestError("precision: literal knows no transmission, expected robust or double")
+    used = world.materials.values()
+    goes_on = any(material.reflection > 0 or material.transmission > 0 for material in used)
+    within = len(_media(world, scene.camera)) > 0
     return Features(
         lanes,
         world.precision,
         film,
-        reflection=scene.max_depth > 1 and reflects,
+        reflection=scene.max_depth > 1 and goes_on,
         orthographic=scene.camera.orthographic,
-        long_lens=lens.is_long(scene.camera) and world.precision != "literal",
+        # From inside glass its far side is seen, however near it is.
+        long_lens=lens.is_long(scene.camera) and world.precision != "literal" and not within,
         light_inside=len(world.light_inside) > 0,
         tree=world.tree,
         sphere_colors=world.colors is not None,
         ambient=len(world.shades) > len(world.shining),
         attenuation=any(map(_fades, world.shining)),
         spot=any(isinstance(light, SpotLight) for light in world.shining),
-        phong=any(material.highlight == "phong" for material in world.materials.values()),
+        phong=any(material.highlight == "phong" for material in used),
+        nest=world.nest,
+        split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
     )
+
+
+def _media(world: World, camera: Camera) -> Array:
+    """The transparent spheres that a camera is inside of, the smallest first, of medium_dtype."""
+    real = PRECISIONS[world.precision]
+    if world.glass is None:
+        return np.zeros(0, medium_dtype(real))
+    inside = glass.around(camera, world.spheres, world.glass["order"] > 0)
+    inside = np.setdiff1d(inside, world.gone, assume_unique=True)
+    found = np.zeros(len(inside), medium_dtype(real))
+    found["sphere"] = inside + 1
+    found["order"] = world.glass["order"][inside]
+    found["ior"] = world.packed_materials["ior"][world.material_of[inside]]
+    found[::-1].sort(order="order")
+    return found
 
 
 def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:
@@ -275,7 +361,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     and treats no sphere in a special way. Everything is rounded once.
 
     With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold. Nodes,
-    leaves and shape are None: clrt.opencl.tree makes them.
+    leaves and shape are None: clrt.opencl.tree makes them. So is `lost`, how many rays needed more
+    room than they have in glass, two numbers: see enter() of glass.cl, and Aside of render.cl.
     """
     literal = world.precision == "literal"
     # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
@@ -286,7 +373,9 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     origin = np.zeros(3, wide) if literal else eye
     screen = lens.half_screen(scene.camera, width, height)
     ahead = wide(0)  # how far from the camera rays start
-    if (scene.camera.orthographic or lens.is_long(scene.camera)) and not literal:
+    media = _media(world, scene.camera)
+    far = lens.is_long(scene.camera) and not len(media)
+    if (scene.camera.orthographic or far) and not literal:
         ahead = lens.start(scene.camera, world.spheres, screen, np.float64 if world.tree else wide)
         origin = origin - ahead * basis[2]
 
@@ -322,9 +411,13 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         camera["step"] = screen / camera["last"]
         camera["eye"] = scale * moved(eye.reshape(1, 3))
         lights = _pack_lights(world.shining, origin, turn, scale, extent, real)
-        spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
+        spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal, world.nest > 0)
         spheres["screen_bounds"] = lens.bounds(scene.camera, scale * center, scale * radius)
         spheres["material"] = material_of
+        if world.glass is not None:
+            spheres["glass"] = world.glass[listed] if world.tree else world.glass
+        gone = np.isin(listed, world.gone) if world.tree else world.gone
+        spheres["c0"][gone], spheres["camera_c"][gone] = np.inf, -1  # no ray meets it
         shadow_bias = real(bias)
     chosen = world.spheres.center, world.spheres.radius
     if world.tree:
@@ -344,11 +437,15 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     }
     if world.colors is not None:
         found["sphere_colors"] = world.colors
+    if world.nest:
+        around = np.zeros(world.nest, medium_dtype(real))
+        around[: len(media)] = media[: world.nest]
+        found |= {"around": around, "lost": None}
     if world.tree:
         for axis, vector in zip(("right", "up", "back"), basis, strict=True):
             camera[axis] = vector
         beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
-        beads[listed, 3] = np.nan
+        beads[listed, 3] = beads[world.gone, 3] = np.nan
         found |= {
             "ids": listed.astype(np.int32),
             "materials_of": world.material_of,
@@ -357,6 +454,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
             "leaves": None,
             "shape": None,
         }
+        if world.glass is not None:
+            found["glass"] = world.glass
     return found
 
 
@@ -465,7 +564,12 @@ def _extent(center: Array, radius: Array) -> Any:
 
 
 def _pack_spheres(
-    center: Array, radius: Array, bias: float, real: Real, literal: bool = False
+    center: Array,
+    radius: Array,
+    bias: float,
+    real: Real,
+    literal: bool = False,
+    glass: bool = False,
 ) -> Array:
     """Spheres from centres (n, 3) in camera space and radii (n,), of about unit extent.
 
@@ -479,7 +583,7 @@ def _pack_spheres(
     offset = np.where(giant[:, np.newaxis], anchor - center, 0)
     flat = np.minimum(radius, MAX_RADIUS)
 
-    spheres = np.zeros(len(radius), sphere_dtype(real))
+    spheres = np.zeros(len(radius), sphere_dtype(real, glass))
     spheres["anchor"] = anchor
     spheres["offset"] = (flat / radius)[:, np.newaxis] * offset
     above = np.linalg.norm(offset, axis=1) - radius  # the anchor, above the surface

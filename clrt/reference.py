@@ -14,7 +14,7 @@ Written to be read beside the paper's sections 11.2 to 11.11, not to be fast. Ve
 shape (3, n), one column a ray.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -80,6 +80,8 @@ def trace(
     """
     if truth not in ("seed", "exact"):
         raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
+    if truth == "seed" and any(m.transmission > 0 for m in scene.materials.values()):
+        raise RequestError("truth: 'seed' knows no transmission, expected 'exact'")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     x, y = _screen(scene.camera, width, height, tracer.dtype)
     grid_x: Array
@@ -133,6 +135,34 @@ def _unit(a: Array) -> Array:
     return np.divide(a, length, out=np.zeros_like(a), where=length > 0)
 
 
+@dataclass
+class _Rays:
+    """Rays that are at the same bounce, one a column."""
+
+    pixel: Array
+    """Whose light they bring, (n,): no two of them the same one's."""
+    weight: Array
+    """How much of it the pixel gets."""
+    origin: Array
+    direction: Array
+    leaves: Array
+    """The sphere that each comes from; -1: the camera."""
+    inside: NDArray[np.bool_]
+    """(n, transparent spheres): which it is inside of."""
+    path: NDArray[np.uint32]
+    """A hash of what it has met."""
+    bounce: int
+
+    def only(self, some: Array, **changes: Array) -> "_Rays":
+        """Those of a mask, each quantity as it is or as it is given."""
+        kept = {
+            name: changes.get(name, getattr(self, name))[..., some]
+            for name in ("pixel", "weight", "origin", "direction", "leaves", "path")
+        }
+        inside = changes.get("inside", self.inside)[some]
+        return _Rays(**kept, inside=inside, bounce=self.bounce)
+
+
 class _Tracer:
     def __init__(self, scene: Scene, truth: Truth, dtype: np.dtype[Any]) -> None:
         self.dtype = dtype
@@ -159,97 +189,168 @@ class _Tracer:
         self.shininess = np.array([m.shininess for m in materials], dtype)
         self.phong = np.array([m.highlight == "phong" for m in materials], bool)
         self.reflection = np.array([m.reflection for m in materials], dtype)
+        # Glass. The medium of a point is the smallest transparent sphere around it.
+        self.transmission = np.array([m.transmission for m in materials], dtype)
+        self.ior = np.array([m.ior for m in materials], dtype)
+        self.fresnel = np.array([m.fresnel for m in materials], bool)
+        self.panes = np.flatnonzero(self.transmission[self.material] > 0)
+        self.size = np.argsort(np.argsort(self.radius[self.panes], kind="stable"))
         self.color = None if spheres.color is None else spheres.color.astype(dtype).T
 
     def _column(self, v: tuple[float, float, float]) -> Array:
         return np.array(v, self.dtype)[:, np.newaxis]
 
-    def first(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Origins and directions of the rays through points of the screen (11.2)."""
+    def first(self, x: Array, y: Array) -> _Rays:
+        """The rays through points of the screen (11.2)."""
+        n = x.size
+        inside = np.zeros((n, len(self.panes)), bool)
         if self.orthographic:  # they have no start: any of their points will do
-            return self.look_at + x * self.right + y * self.up, np.repeat(
-                -self.back, x.size, axis=1
-            )
-        direction = _unit(x * self.right + y * self.up - self.back)
-        return np.repeat(self.camera, x.size, axis=1), direction
+            origin = self.look_at + x * self.right + y * self.up
+            direction = np.repeat(-self.back, n, axis=1)
+        else:
+            origin = np.repeat(self.camera, n, axis=1)
+            direction = _unit(x * self.right + y * self.up - self.back)
+            inside[:] = _norm(self.camera - self.center[:, self.panes]) < self.radius[self.panes]
+        pixel, nothing = np.arange(n), np.full(n, -1)
+        weight, path = np.ones(n, self.dtype), np.zeros(n, np.uint32)
+        return _Rays(pixel, weight, origin, direction, nothing, inside, path, 0)
 
     def to_camera(self, point: Array) -> Array:
         """The direction from where a point is looked at."""
         return self.back if self.orthographic else _unit(self.camera - point)
 
-    def nearest(
-        self, origin: Array, direction: Array, leaves: Array, line: bool = False
-    ) -> tuple[Array, Array]:
-        """The sphere hit first, -1 if none, and its distance, infinity if none (11.4, 11.5).
-
-        line: a ray has no start, and a hit can be behind its origin.
-        """
-        self.rays += origin.shape[1]
-        hit = np.full(origin.shape[1], -1)
-        distance = np.full(origin.shape[1], np.inf, self.dtype)
+    def meetings(self, rays: _Rays) -> Iterator[tuple[slice, Array, Array]]:
+        """Where rays meet spheres, some of these at a time: which, whether from inside and the
+        distances, (rays, spheres), infinity where they do not (11.4)."""
+        self.rays += rays.pixel.size
         # All rays against one sphere, or few rays against many: what fits into the cache.
-        block = max(1, BLOCK_PAIRS // max(origin.shape[1], 1))
+        block = max(1, BLOCK_PAIRS // max(rays.pixel.size, 1))
         for start in range(0, len(self.radius), block):
-            some = slice(start, start + block)
-            from_center = origin[:, :, np.newaxis] - self.center[:, np.newaxis, some]
-            b = 2 * _dot(direction[:, :, np.newaxis], from_center)
+            some = slice(start, min(start + block, len(self.radius)))
+            within = np.zeros((rays.pixel.size, some.stop - start), bool)
+            here = (self.panes >= start) & (self.panes < some.stop)
+            within[:, self.panes[here] - start] = rays.inside[:, here]
+            from_center = rays.origin[:, :, np.newaxis] - self.center[:, np.newaxis, some]
+            b = 2 * _dot(rays.direction[:, :, np.newaxis], from_center)
             c = _norm(from_center) ** 2 - self.radius[some] ** 2
             delta = b**2 - 4 * c
-            smaller = (-b - np.sqrt(np.maximum(delta, 0))) / 2
-            met = (delta > 0) & (line | (smaller > 0))
-            if self.exact:
-                met &= leaves[:, np.newaxis] != np.arange(start, start + met.shape[1])
-            smaller[~met] = np.inf
-            first = smaller.argmin(axis=1)  # of equal ones that which comes first
-            nearest = np.take_along_axis(smaller, first[:, np.newaxis], axis=1)[:, 0]
+            root = np.sqrt(np.maximum(delta, 0))
+            distance = np.where(within, -b + root, -b - root) / 2
+            line = self.orthographic and rays.bounce == 0
+            met = (delta > 0) & (line | (distance > 0))
+            if self.exact:  # the sphere that a ray leaves is met from inside only
+                met &= within | (rays.leaves[:, np.newaxis] != np.arange(start, some.stop))
+            distance[~met] = np.inf
+            yield some, within, distance
+
+    def nearest(self, rays: _Rays) -> tuple[Array, Array]:
+        """The sphere hit first, -1 if none, and its distance, infinity if none (11.5)."""
+        hit = np.full(rays.pixel.size, -1)
+        distance = np.full(rays.pixel.size, np.inf, self.dtype)
+        for some, _, distances in self.meetings(rays):
+            first = distances.argmin(axis=1)  # of equal ones that which comes first
+            nearest = np.take_along_axis(distances, first[:, np.newaxis], axis=1)[:, 0]
             closer = nearest < distance
-            hit[closer] = start + first[closer]
+            hit[closer] = some.start + first[closer]
             distance[closer] = nearest[closer]
         return hit, distance
+
+    def clear(self, rays: _Rays, limit: Array) -> Array:
+        """How much of a light that is `limit` away the spheres leave that a ray to it enters on its
+        way: 0 or 1 if all are opaque (11.7)."""
+        left = np.ones(rays.pixel.size, self.dtype)
+        for some, within, distances in self.meetings(rays):
+            enters = (distances < limit[:, np.newaxis]) & ~within
+            part = self.transmission[self.material[some]]
+            left *= np.where(enters, part, self.dtype.type(1)).prod(axis=1)
+        return left
 
     def trace(self, x: Array, y: Array) -> tuple[Array, NDArray[np.uint32]]:
         """Colours (3, n) and paths (n,) of the pixels at x, y on the screen (11.11)."""
         color = np.zeros((3, x.size), self.dtype)
         path = np.zeros(x.size, np.uint32)
-        # Of the rays that go on: which pixel, and how much of their light it gets.
-        pixel = np.arange(x.size)
-        weight = np.ones(x.size, self.dtype)
-        origin, direction = self.first(x, y)
-        hit = np.full(x.size, -1)
-        for bounce in range(self.max_depth):
-            line = self.orthographic and bounce == 0
-            hit, distance = self.nearest(origin, direction, hit, line)
-            met = hit >= 0
-            pixel, weight, hit, distance = pixel[met], weight[met], hit[met], distance[met]
-            origin, direction = origin[:, met], direction[:, met]
-            if pixel.size == 0:
-                break
-            path[pixel] = path[pixel] * PRIME + (hit + 1).astype(np.uint32)
-
-            point = origin + distance * direction
-            normal = _unit(point - self.center[:, hit])
-            lifted = point + self.bias * normal
-            reached = np.zeros(pixel.size, bool)
-            for light in self.lights:
-                if isinstance(light, AmbientLight):
-                    reached[:] = True
-                    color[:, pixel] += weight * self.ambient_term(light, hit)
-                    continue
-                to_light, distance = self.toward(light, lifted)
-                cone = self.cone(light, to_light)
-                _, limit = self.toward(light, point)
-                lit = (cone > 0) & self.lit(limit, lifted, to_light, normal, hit)
-                path[pixel] = path[pixel] * PRIME + lit
-                reached |= lit
-                term = self.term(light, point, to_light, distance, normal, hit)
-                color[:, pixel[lit]] += (weight * cone * term)[:, lit]
-
-            weight = weight * self.reflection[self.material[hit]]
-            on = reached & (weight > 0)
-            pixel, weight, hit = pixel[on], weight[on], hit[on]
-            normal, direction, origin = normal[:, on], direction[:, on], lifted[:, on]
-            direction = direction - 2 * _dot(direction, normal) * normal
+        todo = [self.first(x, y)]
+        while todo:
+            todo += self.segment(todo.pop(), color, path)
         return color, path
+
+    def segment(self, rays: _Rays, color: Array, path: NDArray[np.uint32]) -> list[_Rays]:
+        """Adds what some rays meet to colours and paths. Returns those that go on from there."""
+        hit, distance = self.nearest(rays)
+        path[rays.pixel[hit < 0]] += rays.path[hit < 0]
+        rays, distance, hit = rays.only(hit >= 0), distance[hit >= 0], hit[hit >= 0]
+        if hit.size == 0:
+            return []
+        point = rays.origin + distance * rays.direction
+        normal = _unit(point - self.center[:, hit])
+        lifted = point + self.bias * normal
+        rays.path = rays.path * PRIME + (hit + 1).astype(np.uint32)
+        # A far side is not shaded.
+        of_hit = self.panes == hit[:, np.newaxis]
+        out = (of_hit & rays.inside).any(axis=1)
+        reached = np.zeros(hit.size, bool)
+        for light in self.lights:
+            if isinstance(light, AmbientLight):
+                reached |= ~out
+                ambient = rays.weight * self.ambient_term(light, hit)
+                color[:, rays.pixel[~out]] += ambient[:, ~out]
+                continue
+            to_light, far = self.toward(light, lifted)
+            cone = self.cone(light, to_light)
+            _, limit = self.toward(light, point)
+            shadow = rays.only(np.ones(hit.size, bool), origin=lifted, direction=to_light,
+                               leaves=hit)  # fmt: skip
+            shadow.bounce = 1
+            clear = self.clear(shadow, limit)
+            lit = (cone > 0) & (clear > 0) & ~out
+            if self.exact:
+                lit &= _dot(normal, to_light) >= 0
+            dim = np.rint(-64 * np.log2(np.where(clear > 0, clear, 1)))  # to a hundredth
+            token = np.where(lit, 1 + dim, 0).astype(np.uint32)
+            rays.path = np.where(out, rays.path, rays.path * PRIME + token)
+            reached |= lit
+            term = self.term(light, point, to_light, far, clear, normal, hit)
+            color[:, rays.pixel[lit]] += (rays.weight * cone * term)[:, lit]
+
+        # Where each goes on. Transmission counts on entering, total reflection takes nothing.
+        material = self.material[hit]
+        entering = ~out & (self.transmission[material] > 0)
+        crossing = entering | out
+        inside = rays.inside ^ (of_hit & crossing[:, np.newaxis])
+        facing = np.where(out, -normal, normal)
+        bent, total, mirrored = _refracted(
+            rays.direction, facing, self.medium(rays.inside), self.medium(inside)
+        )
+        rays.path = np.where(crossing, rays.path * PRIME + total, rays.path)
+        part = self.transmission[material] * self.fresnel[material] * mirrored
+        through = self.transmission[material] - part
+        transmitted = rays.weight * np.where(entering & ~total, through, 1)
+        mirror = rays.weight * (self.reflection[material] + part)
+        more = rays.bounce + 1 < self.max_depth
+        goes_through = crossing & (transmitted > 0) & more
+        mirrors = reached & ~out & ~(entering & total) & (mirror > 0) & more
+        ends = ~goes_through & ~mirrors
+        path[rays.pixel[ends]] += rays.path[ends]
+        rays.bounce += 1
+        rays.leaves = hit
+        inside = np.where(total[:, np.newaxis], rays.inside, inside)
+        back = rays.direction - 2 * _dot(rays.direction, normal) * normal
+        return [
+            rays.only(mirrors, weight=mirror, origin=lifted, direction=back),
+            rays.only(
+                goes_through, weight=transmitted, origin=point, direction=bent, inside=inside
+            ),
+        ]
+
+    def medium(self, inside: NDArray[np.bool_]) -> Array:
+        """The index of refraction of what rays are in: the smallest sphere's, 1 in none."""
+        if len(self.panes) == 0:
+            return np.ones(len(inside), self.dtype)
+        size = np.where(inside, self.size, len(self.panes))
+        smallest = self.panes[size.argmin(axis=1)]
+        ior = self.ior[self.material[smallest]]
+        found: Array = np.where(inside.any(axis=1), ior, self.dtype.type(1))
+        return found
 
     def toward(self, light: Shining, point: Array) -> tuple[Array, Array]:
         """The direction of a light from some points, and its distance."""
@@ -274,14 +375,6 @@ class _Tracer:
         smooth: Array = t**2 * (3 - 2 * t)
         return smooth
 
-    def lit(self, limit: Array, lifted: Array, to_light: Array, normal: Array, hit: Array) -> Array:
-        """Whether nothing stands between a hit point and a light (11.7)."""
-        _, free = self.nearest(lifted, to_light, hit)
-        clear: Array = free >= limit
-        if self.exact:
-            clear &= _dot(normal, to_light) >= 0
-        return clear
-
     def ambient_term(self, light: Shining | AmbientLight, hit: Array) -> Array:
         """What a hit point sends of a light whatever its place (section 3)."""
         term: Array = self.ambient[:, self.material[hit]] * self._column(light.ambient)
@@ -293,6 +386,7 @@ class _Tracer:
         point: Array,
         to_light: Array,
         distance: Array,
+        clear: Array,
         normal: Array,
         hit: Array,
     ) -> Array:
@@ -312,8 +406,28 @@ class _Tracer:
             diffuse = diffuse * self.color[:, hit]
         specular = self.specular[:, material] * self._column(light.specular) * highlight
         ambient = self.ambient_term(light, hit)
-        found: Array = ambient + _left(light, distance) * (diffuse + specular)
+        found: Array = ambient + _left(light, distance) * clear * (diffuse + specular)
         return found
+
+
+def _refracted(
+    direction: Array, normal: Array, before: Array, after: Array
+) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Where rays go that meet a surface, `normal` towards them, between two media (section 8):
+    Snell's law, or total reflection; where that is, and Fresnel's mirrored part of unpolarised
+    light."""
+    cosine = -_dot(direction, normal)
+    eta = before / after
+    k = 1 - eta**2 * (1 - cosine**2)
+    total = k < 0
+    other = np.sqrt(np.where(total, 0, k))  # the cosine on the other side
+    through = eta * direction + (eta * cosine - other) * normal
+    back = direction + 2 * cosine * normal
+    with np.errstate(invalid="ignore"):
+        across = (before * cosine - after * other) / (before * cosine + after * other)
+        aligned = (before * other - after * cosine) / (before * other + after * cosine)
+    mirrored = np.fmin((across**2 + aligned**2) / 2, 1)
+    return np.where(total, back, through), total, mirrored
 
 
 def _left(light: Shining, distance: Array) -> Array | float:

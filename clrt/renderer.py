@@ -13,8 +13,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import memory, pack
-from clrt.errors import DeviceError, DeviceWarning, RequestError
+from clrt import glass, memory, pack
+from clrt.errors import DeviceError, DeviceWarning, RequestError, SceneWarning
 from clrt.files.scenefile import as_scene
 from clrt.opencl import bands, pocl, program
 from clrt.opencl.device import check_process, find_device, label
@@ -186,6 +186,8 @@ class Renderer:
             film = out
         else:
             film = self._films.film(shape, np.dtype(pack.FILMS[kind]))
+        if features.nest:
+            arguments["lost"] = np.zeros(2, np.int32)
         self.kernel_seconds = bands.fill(
             film,
             (first, top),
@@ -195,6 +197,8 @@ class Renderer:
             arguments,
             progress,
         )
+        if features.nest:
+            _say_lost(arguments["lost"])
         if film is out:
             return out
         if out is not None:
@@ -285,6 +289,24 @@ class Renderer:
         binary = trial.tried(self.device, source, needed)
         program.keep(path, binary)
         return program.loaded(self._context, self.device, binary)
+
+
+def _say_lost(lost: NDArray[np.int32]) -> None:
+    """Warns of rays that the kernel had no room for."""
+    if lost[0]:
+        warnings.warn(
+            f"in {lost[0]} packets of rays some were inside of more than {glass.MOST} transparent "
+            "spheres at once: of the largest they have not seen the far side",
+            SceneWarning,
+            stacklevel=2,
+        )
+    if lost[1]:
+        warnings.warn(
+            f"in {lost[1]} packets of rays some were mirrored and transmitted too often: "
+            "take a smaller max_depth",
+            SceneWarning,
+            stacklevel=2,
+        )
 
 
 def default_lanes(device: "cl.Device") -> int:

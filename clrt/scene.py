@@ -85,6 +85,12 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reflection: float = 0.0
     """The part of the mirrored light that is added, in [0, 1]."""
     highlight: Literal["blinn-phong", "phong"] = "blinn-phong"
+    transmission: float = 0.0
+    """The part of the light that goes through, in [0, 1]. reflection + transmission <= 1."""
+    ior: float = 1.5
+    """Index of refraction inside, 1 to 10."""
+    fresnel: bool = False
+    """Of the transmission the part that Fresnel's formulas say is mirrored."""
 
     def __post_init__(self) -> None:
         good = self.highlight in ("blinn-phong", "phong")
@@ -92,6 +98,13 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         vectors(self, "ambient", "diffuse", "specular")
         number(self, "shininess", "a finite number, at least 0", lambda alpha: alpha >= 0)
         number(self, "reflection", "a number from 0 to 1", lambda part: 0 <= part <= 1)
+        number(self, "transmission", "a number from 0 to 1", lambda part: 0 <= part <= 1)
+        both = self.reflection + self.transmission
+        expected = f"at most 1 - reflection ({1 - self.reflection:g})"
+        require(both <= 1 + 1e-12, "transmission", expected, self.transmission)
+        number(self, "ior", "a number from 1 to 10", lambda ior: 1 <= ior <= 10)
+        good = isinstance(self.fresnel, bool)
+        require(good, "fresnel", "true or false", self.fresnel)
 
 
 FRAMES = 10**7

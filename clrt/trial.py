@@ -107,6 +107,8 @@ def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes
     if features.tree:
         made = Tree(pack.tree_keys(world.spheres), queue, kernels)
         arguments |= made.fit(arguments["beads"], kernels)
+    if features.nest:
+        arguments["lost"] = np.zeros(2, np.int32)
     bands.fill(film, (0, 0), features.packet, queue, kernels["render"], arguments)
     if wrong := wrong_pixels(film, scene, features):
         raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
@@ -135,12 +137,19 @@ def scene_for(features: pack.Features) -> Scene:
         lights.append(AmbientLight((0.3, 0.6, 0.3)))
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
+    clear = Material((0, 0.02, 0), (0, 0.1, 0), (0.5, 0.5, 0.5), 50, transmission=0.8)
+    if features.split:
+        clear = replace(clear, reflection=0.2, fresnel=True)
     radius = 20.0 if literal else 5000.0
     spheres: tuple[Sphere, ...] = (
         Sphere((-0.7, 0.0, -0.6), 0.5, "matte"),
         Sphere((0.4, 0.1, -0.4), 0.6, "matte"),
         Sphere((0.0, -0.35, 0.2), 0.15, "ground"),
         Sphere((0.0, -0.5 - radius, 0.0), radius, "ground"),
+    )
+    # Balls in balls, seen and shone through.
+    spheres += tuple(
+        Sphere((0.1, 0.05, 0.35), 0.3 / (k + 1), "clear") for k in range(features.nest)
     )
     if features.tree:  # a heap of beads, on and behind the others
         random = np.random.default_rng(1)
@@ -158,9 +167,9 @@ def scene_for(features: pack.Features) -> Scene:
     return Scene(
         camera,
         tuple(lights),
-        {"matte": matte, "ground": ground},
+        {"matte": matte, "ground": ground} | ({"clear": clear} if features.nest else {}),
         spheres,
-        max_depth=3,
+        max_depth=3 if features.reflection else 1,
         shadow_bias=1e-3 * literal,
     )
 

@@ -82,6 +82,7 @@ typedef LANES_OF(INTEGER) ints;
 #define AS_REALS(n) JOIN(as_, LANES_OF(FLOATING))(n)
 #define AS_INTS(v) JOIN(as_, LANES_OF(INTEGER))(v)
 #define TO_REALS(n) JOIN(convert_, LANES_OF(FLOATING))(n)
+#define TO_INTS(v) JOIN(convert_, LANES_OF(INTEGER))(v)
 
 // `?:` compiles to better code than select() on PoCL, and means the same for scalars and vectors.
 #define PICK(mask, yes, no) ((mask) ? (reals)(yes) : (reals)(no))

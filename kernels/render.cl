@@ -47,6 +47,35 @@
 #define ORIGIN_IN_COMMON true
 #endif
 
+// The lanes that have hit a sphere from outside, which is what is shaded.
+#ifdef NEST
+#define SHOWN on
+#else
+#define SHOWN (hit.sphere >= 0)
+#endif
+
+// NEST: the far sides that rays meet before `hit`.
+#ifdef TREE
+#define FAR_SIDES(hit, ray) far_sides(hit, ray, beads, spheres, ids, sphere_count)
+#else
+#define FAR_SIDES(hit, ray) far_sides(hit, ray, spheres, sphere_count)
+#endif
+
+// The host defines SPLIT if a surface mirrors and transmits: the mirrored rays of a packet are put
+// aside, and traced when the others have ended. So no more are aside than max_depth - 1.
+#ifdef SPLIT
+#define MAX_ASIDE 32
+#define SOME_ASIDE (aside_count > 0)
+typedef struct {
+    Ray ray;
+    reals weight;
+    ints alive, path;
+    int depth;
+} Aside;
+#else
+#define SOME_ASIDE false
+#endif
+
 // FNV's prime: paths are hashed here as in clrt/reference.py.
 #define HASHED(mask, path, value) \
     PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
@@ -64,11 +93,19 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                      ,
                      __global const real *sphere_colors
 #endif
+#ifdef NEST
+                     ,
+                     __global const Medium *around, __global int *lost
+#endif
 #ifdef TREE
                      ,
                      __global const int *ids, __global const int *materials_of,
                      __global const Bead *beads, __global const Node *nodes,
                      __global const Leaf *leaves, __global const Shape *shape
+#ifdef NEST
+                     ,
+                     __global const Glass *glass
+#endif
 #endif
 ) {
     int column = get_global_id(0) * ROW, row = get_global_id(1) * ROWS, s;
@@ -81,6 +118,9 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #endif
 #ifdef TREE
     Tree tree = {nodes, leaves, shape[0]};
+#ifdef NEST
+    tree.glass = glass;
+#endif
 #endif
 #ifdef ORTHOGRAPHIC
 #ifdef TREE
@@ -129,14 +169,33 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #endif
 #endif
 
+#ifdef NEST
+    ray.inside = inside_of(around);
+    if (around[0].sphere) {
+#ifndef TREE
+        hit = nearest(ray, spheres, sphere_count);  // visible() has other units
+#endif
+        hit = FAR_SIDES(hit, ray);
+        point = along(ray.origin, hit.distance, ray.direction);
+    }
+#endif
+
     Vector color = vector(0, 0, 0);
-    reals weight = 1;  // the product of the reflections so far
+    reals weight = 1;  // the product of the reflections and transmissions so far
     ints path = 0;
-    for (int depth = 1; ANY(hit.sphere >= 0); depth++) {
+#ifdef SPLIT
+    Aside aside[MAX_ASIDE];
+    int aside_count = 0;
+    ints traced = weight > 0, ended = 0;  // the lanes of this path; the hashes of those before
+#endif
+    for (int depth = 1; SOME_ASIDE || ANY(hit.sphere >= 0); depth++) {
         ray.leaves = hit.sphere;
 #ifdef TREE
         ints material = 0;
         Surface surface = surface_of_bead(point, hit.sphere, beads, materials_of, materials,
+#ifdef NEST
+                                          glass,
+#endif
                                           shadow_bias, &material);
         // Of the list beside the tree.
         for (s = 0; s < sphere_count; s++) {
@@ -169,9 +228,13 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         Vector mirrored = along(scaled(to_camera, -1), 2 * dot3(normal, to_camera), normal);
 #endif
         ints reached = 0;  // the lanes that some light reaches
+#ifdef NEST
+        ints out = (hit.sphere >= 0) & is_inside(ray, hit.sphere);  // at a far side
+        ints on = (hit.sphere >= 0) & !out;
+#endif
 #ifdef AMBIENT
         {
-            reached = hit.sphere >= 0;
+            reached = SHOWN;
             reals diffuse = 0, specular = 0;
             __global const Shade *shade = shades + light_count * material_count;
             SHADED(reached, shade)
@@ -185,14 +248,33 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             to_light = scaled(to_light, inv_distance);
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
-            ints lit = (hit.sphere >= 0) & (diffuse >= surface.horizon);
+            ints lit = SHOWN & (diffuse >= surface.horizon);
             reals share = weight;  // of this light's in the colour
 #ifdef SPOT
             reals part = cone(lights + k, to_light);
             lit &= part > 0;
             share *= part;
 #endif
+#ifdef NEST
+            shadow.inside = ray.inside;
+            ints veil = 0;
 #ifdef TREE
+            if (ANY(lit))
+                veil = occluded_by_listed(shadow, distance2 * inv_distance,
+                                          encloses + k * sphere_count, spheres, ids, sphere_count);
+            lit &= veil < OPAQUE;
+            if (ANY(lit)) {
+                ints more = occluded_in_tree(tree, shadow, distance2 * inv_distance,
+                                             splat(lights[k].position), lit);
+                veil = veiled(veil, lit, more);
+            }
+#else
+            if (ANY(lit))
+                veil = occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count,
+                                spheres, sphere_count);
+#endif
+            lit &= veil < OPAQUE;
+#elif defined(TREE)
             if (ANY(lit))
                 lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
                                            encloses + k * sphere_count, spheres, ids, sphere_count);
@@ -204,7 +286,12 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                              sphere_count);
 #endif
 #ifdef FILM_PATHS
+#ifdef NEST
+            ints dim = TO_INTS(TO_REALS(veil) * (64 / VEIL) + REAL(0.5));  // to a hundredth
+            path = HASHED(SHOWN, path, PICK_INT(lit, 1 + dim, 0));
+#else
             path = HASHED(hit.sphere >= 0, path, PICK_INT(lit, 1, 0));
+#endif
 #endif
             if (!ANY(lit)) continue;
             reached |= lit;
@@ -221,20 +308,83 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             diffuse *= left;
             specular *= left;
 #endif
+#ifdef NEST
+            reals clear = unveiled(veil);
+            diffuse *= clear;
+            specular *= clear;
+#endif
             SHADED(lit, shade)
             color = pick3(lit, along(color, share, light), color);
         }
 #ifdef REFLECTION
+#ifdef NEST
+        ints entering = on & (surface.transmission > 0), crossing = entering | out;
+        Inside after = ray.inside;
+        ints lacks_room = enter(&after, entering, hit.sphere, surface.order, surface.ior);
+        leave(&after, out, hit.sphere);
+        Refraction bent = refracted(ray.direction, pick3(out, scaled(normal, -1), normal),
+                                    medium_of(ray.inside), medium_of(after));
+        ints through = crossing & !bent.total;
+        if (depth < max_depth && ANY(lacks_room & through)) atomic_inc(lost);
+        // Of what is transmitted; total reflection takes nothing.
+        reals part = surface.transmission * surface.fresnel * bent.mirrored;
+        reals transmitted = weight * PICK(entering & through, surface.transmission - part, 1);
+        reals mirrored_weight = weight * (surface.reflection + part);
+        ints mirrors = reached & on & !(entering & bent.total) & (mirrored_weight > 0);
+        Ray back = ray;
+        back.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+#ifdef FILM_PATHS
+        path = HASHED(crossing, path, PICK_INT(bent.total, 1, 0));
+#endif
+#ifdef SPLIT
+        ints both = crossing & mirrors & (transmitted > 0);
+        if (depth < max_depth && ANY(both)) {
+            if (aside_count < MAX_ASIDE) {
+                Aside split = {back, mirrored_weight, both, path, depth};
+                aside[aside_count++] = split;
+            } else {
+                atomic_inc(lost + 1);
+            }
+        }
+        crossing &= transmitted > 0;
+#endif
+        ray.origin = pick3(crossing, point, ray.origin);
+        ray.direction = pick3(crossing, bent.direction, back.direction);
+        ray.inside = pick_inside(through & crossing, after, ray.inside);
+        weight = PICK(crossing, transmitted, mirrored_weight);
+        ints alive = (crossing | mirrors) & (weight > 0);
+#ifdef SPLIT
+        if (depth == max_depth || !ANY(alive)) {
+            if (aside_count == 0) break;
+            Aside next = aside[--aside_count];
+            ended += PICK_INT(traced, path, 0);
+            ray = next.ray;
+            weight = next.weight;
+            traced = alive = next.alive;
+            path = next.path;
+            depth = next.depth;
+        }
+#else
+        if (depth == max_depth || !ANY(alive)) break;
+#endif
+#else
         weight *= surface.reflection;
         ints alive = reached & (weight > 0);
         if (depth == max_depth || !ANY(alive)) break;
         ray.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+#endif
 #ifdef TREE
         hit = nearest_listed(ray, alive, spheres, ids, sphere_count);
         hit = nearest_in_tree(tree, hit, ray, alive, false);
 #else
         hit = nearest(ray, spheres, sphere_count);
         hit.sphere = PICK_INT(alive, hit.sphere, -1);
+#endif
+#ifdef NEST
+        if (ANY(alive & (ray.inside.sphere[0] != 0))) {
+            hit = FAR_SIDES(hit, ray);
+            hit.sphere = PICK_INT(alive, hit.sphere, -1);
+        }
 #endif
         point = along(ray.origin, hit.distance, ray.direction);
 #ifndef ORTHOGRAPHIC
@@ -244,6 +394,9 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         break;
 #endif
     }
+#ifdef SPLIT
+    path = ended + PICK_INT(traced, path, 0);
+#endif
     Exposure exposure = exposure_of(color, path);
     film += CHANNELS * ((size_t)row * width + column);
     for (int i = 0; i < ROWS && row + i < height; i++)

@@ -3,10 +3,14 @@
 // The host defines PHONG if a material has Phong's highlight, ATTENUATION if a light gets weaker with
 // distance, and SPOT if one shines into a cone (sections 2 and 3).
 
-// 8 bytes as float32, 16 as float64.
+// 8 bytes as float32, 16 as float64; with NEST 20 and 40.
 typedef struct {
     real exponent;    // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
     real reflection;  // in [0, 1]
+#ifdef NEST
+    real transmission, ior;
+    real fresnel;  // 1: a part of what goes through is mirrored
+#endif
 } Material;
 
 // 12 bytes as float32, 24 as float64; with ATTENUATION 16 and 32 more, with SPOT 20 and 40. A point
@@ -35,6 +39,10 @@ typedef struct {
     reals horizon;  // as in Sphere
     reals exponent;
     reals reflection;
+#ifdef NEST
+    reals transmission, ior, fresnel;
+    ints order;
+#endif
 } Surface;
 
 static Surface surface_at(Vector point, __global const Sphere *sphere,
@@ -45,6 +53,12 @@ static Surface surface_at(Vector point, __global const Sphere *sphere,
     Vector from_center = plus(minus(point, splat(sphere->anchor)), splat(sphere->offset));
     Surface surface = {scaled(from_center, sphere->inv_radius), sphere->horizon, material->exponent,
                        material->reflection};
+#ifdef NEST
+    surface.transmission = material->transmission;
+    surface.ior = material->ior;
+    surface.fresnel = material->fresnel;
+    surface.order = sphere->glass.order;
+#endif
     return surface;
 }
 
@@ -52,6 +66,12 @@ static Surface pick_surface(ints mask, Surface yes, Surface no) {
     Surface surface = {pick3(mask, yes.normal, no.normal), PICK(mask, yes.horizon, no.horizon),
                        PICK(mask, yes.exponent, no.exponent),
                        PICK(mask, yes.reflection, no.reflection)};
+#ifdef NEST
+    surface.transmission = PICK(mask, yes.transmission, no.transmission);
+    surface.ior = PICK(mask, yes.ior, no.ior);
+    surface.fresnel = PICK(mask, yes.fresnel, no.fresnel);
+    surface.order = PICK_INT(mask, yes.order, no.order);
+#endif
     return surface;
 }
 
@@ -105,6 +125,14 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
 #endif
     return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
 }
+
+#ifdef NEST
+// What veiled() has left of a light.
+static reals unveiled(ints veil) {
+    if (!ANY(veil != 0)) return 1;
+    return PICK(veil < OPAQUE, exp2(TO_REALS(veil) * (-1 / VEIL)), 0);
+}
+#endif
 
 #ifdef ATTENUATION
 // What is left of a light at a distance, at most 2^50.

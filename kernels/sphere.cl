@@ -8,6 +8,14 @@
 // The host defines LITERAL for the paper's formula as it stands, in this precision, with every
 // sphere tested: the baseline that the rest is measured against. It makes no sphere a giant then.
 
+#ifdef NEST
+// 8 bytes as float32, 16 as float64.
+typedef struct {
+    INTEGER order;  // of transparent spheres: the larger, the smaller the sphere; 0: opaque
+    INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
+} Glass;
+#endif
+
 // 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space,
 // see camera.cl.
 typedef struct {
@@ -20,7 +28,19 @@ typedef struct {
     real horizon;           // a light with N.L below this is hidden by the sphere that N stands on
     int giant;              // 1: radius > 4 x the camera's distance from the surface
     int material;           // index
+#ifdef NEST
+    Glass glass;
+#endif
 } Sphere;
+
+#ifdef NEST
+// The transparent spheres that a ray is inside of, the smallest first: see glass.cl.
+typedef struct {
+    ints sphere[NEST];  // index + 1; 0: none
+    ints order[NEST];
+    reals ior[NEST];
+} Inside;
+#endif
 
 typedef struct {
     Vector origin;     // camera space
@@ -28,7 +48,32 @@ typedef struct {
     ints leaves;       // the index of the sphere that the origin lies on. It is never hit: a ray
                        // that leaves a convex body does not come back, so no epsilon is needed.
     int all_leave;     // that index if it is the same in all lanes that count, else -1
+#ifdef NEST
+    Inside inside;
+#endif
 } Ray;
+
+#ifdef NEST
+static ints is_inside(Ray ray, ints s) {
+    ints in = 0;
+    for (int i = 0; i < NEST; i++) in |= ray.inside.sphere[i] == s + 1;
+    return in;
+}
+
+// Glass that a shadow ray enters multiplies its light. The product is kept as a sum of -log2(T), in
+// whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
+// factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
+#ifdef DOUBLE
+#define VEIL 1099511627776.0
+#else
+#define VEIL 8388608.0f
+#endif
+#define OPAQUE ((INTEGER)(128 * VEIL) - 1)
+static ints veiled(ints veil, ints met, ints more) {
+    ints sum = veil + PICK_INT(met, more, 0);
+    return PICK_INT(sum < OPAQUE, sum, OPAQUE);
+}
+#endif
 
 typedef struct {
     reals b, c, delta;
@@ -77,6 +122,9 @@ static ints ahead(Quadratic q, Ray ray, int s) {
 #ifndef LITERAL
     hit &= ray.leaves != s;
 #endif
+#ifdef NEST
+    hit &= !is_inside(ray, s);
+#endif
     return hit;
 }
 
@@ -121,7 +169,8 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-// Whether some sphere stands between the ray's origin and the light, which is `distance` away. A
+// Whether some sphere stands between the ray's origin and the light, which is `distance` away (NEST:
+// how much of it the spheres in between take, see veiled()). A
 // light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff
 // it is beyond their middle, -b, half a chord from either. Which spheres the light is inside of,
 // `encloses`, the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t +
@@ -141,7 +190,11 @@ static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
 #endif
             met &= -q.b < distance;
 #endif
+#ifdef NEST
+        hidden = veiled(hidden, met, spheres[s].glass.veil);
+#else
         hidden |= met;
+#endif
     }
     return hidden;
 }

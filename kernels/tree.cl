@@ -55,6 +55,9 @@ typedef struct {
     __global const Node *nodes;
     __global const Leaf *leaves;
     Shape shape;
+#ifdef NEST
+    __global const Glass *glass;  // of each sphere
+#endif
 } Tree;
 
 #ifdef DOUBLE
@@ -76,6 +79,15 @@ typedef struct {
 #define FMA(a, b, c) fma(a, b, c)
 #else
 #define FMA(a, b, c) ((a) * (b) + (c))
+#endif
+
+// Of a sphere that a ray leaves, or is inside of (NEST), it does not meet the near side.
+#ifdef NEST
+#define NEAR_SIDE(ray, s) ((ray.leaves != s) & !is_inside(ray, s))
+#define NEAR_SIDES(ray, ids) ((ids != ray.leaves) & single_outside(ray, ids))
+#else
+#define NEAR_SIDE(ray, s) (ray.leaves != s)
+#define NEAR_SIDES(ray, ids) (ids != ray.leaves)
 #endif
 
 // Rays and spheres, either of which can be the wide one: f = o - C, l is the part of f across d.
@@ -190,14 +202,58 @@ static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *en
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, ids[s]);
         if (!encloses[s]) met &= -q.b < distance;
+#ifdef NEST
+        hidden = veiled(hidden, met, spheres[s].glass.veil);
+#else
         hidden |= met;
+#endif
     }
     return hidden;
 }
 
+#ifdef NEST
+// The far sides of the spheres that rays are inside of, if they come before `hit`.
+static Hit far_sides(Hit hit, Ray ray, __global const Bead *beads, __global const Sphere *spheres,
+                     __global const int *ids, int sphere_count) {
+    for (int i = 0; i < NEST; i++) {
+        ints sphere = ray.inside.sphere[i] - 1;
+        if (!ANY(sphere >= 0)) break;
+        __private ints numbers[1] = {sphere};
+        __private const INTEGER *number = (__private const INTEGER *)numbers;
+        __private reals gathered[4] = {0, 0, 0, NAN};
+        __private real *each = (__private real *)gathered;
+        for (int lane = 0; lane < LANES; lane++) {
+            if (number[lane] < 0) continue;
+            __global const Bead *bead = beads + number[lane];
+            each[lane] = bead->center[0], each[LANES + lane] = bead->center[1];
+            each[2 * LANES + lane] = bead->center[2], each[3 * LANES + lane] = bead->radius;
+        }
+        QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
+                  ray.direction.z, gathered[0], gathered[1], gathered[2], gathered[3])
+        Quadratic q = {b, c, delta};
+        // Of those in the list beside the tree the radius is NaN.
+        ints in = (sphere >= 0) & (gathered[3] > 0);
+        reals distance = way_out(q, ray.leaves == sphere);
+        in &= (distance < hit.distance) | ((distance == hit.distance) & (sphere < hit.sphere));
+        hit.distance = PICK(in, distance, hit.distance);
+        hit.sphere = PICK_INT(in, sphere, hit.sphere);
+    }
+    for (int s = 0; s < sphere_count; s++) {
+        ints in = is_inside(ray, ids[s]);
+        if (!ANY(in)) continue;
+        Quadratic q = quadratic(ray, spheres + s);
+        hit = closer_of(hit, in, way_out(q, ray.leaves == ids[s]), ids[s]);
+    }
+    return hit;
+}
+#endif
+
 // What the packet's lanes have hit, each a bead of its own. shading.cl says what a Surface is.
 static Surface surface_of_bead(Vector point, ints hit, __global const Bead *beads,
                                __global const int *materials_of, __global const Material *materials,
+#ifdef NEST
+                               __global const Glass *glass,
+#endif
                                real shadow_bias, ints *material) {
     __private ints hits[1] = {hit}, found[1] = {-1};
     __private const INTEGER *sphere = (__private const INTEGER *)hits;
@@ -205,6 +261,10 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
     __private reals gathered[4] = {0, 0, 0, 1};
     __private real *each = (__private real *)gathered;
     __private reals exponents[1] = {0}, reflections[1] = {0};
+#ifdef NEST
+    __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
+    __private ints orders[1] = {0};
+#endif
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
         __global const Bead *bead = beads + sphere[i];
@@ -213,11 +273,23 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
         index[i] = materials_of[sphere[i]];
         ((__private real *)exponents)[i] = materials[index[i]].exponent;
         ((__private real *)reflections)[i] = materials[index[i]].reflection;
+#ifdef NEST
+        ((__private real *)transmissions)[i] = materials[index[i]].transmission;
+        ((__private real *)iors)[i] = materials[index[i]].ior;
+        ((__private real *)fresnels)[i] = materials[index[i]].fresnel;
+        ((__private INTEGER *)orders)[i] = glass[sphere[i]].order;
+#endif
     }
     *material = found[0];
     reals radius = gathered[3];
     Vector normal = minus(point, vector(gathered[0], gathered[1], gathered[2]));
     Surface surface = {scaled(normal, 1 / radius), 0, exponents[0], reflections[0]};
+#ifdef NEST
+    surface.transmission = transmissions[0];
+    surface.ior = iors[0];
+    surface.fresnel = fresnels[0];
+    surface.order = orders[0];
+#endif
     // As clrt/pack.py works it out for a Sphere.
     if (shadow_bias > 0)
         surface.horizon = -sqrt(shadow_bias * (2 * radius + shadow_bias)) / (radius + shadow_bias);
@@ -370,7 +442,18 @@ static int next_of(const int *stack, const real *starts, int *top, real end) {
 typedef struct {
     real o[3], d[3];
     INTEGER leaves;
+#ifdef NEST
+    INTEGER inside[NEST];  // index + 1
+#endif
 } Single;
+
+#ifdef NEST
+static wide_ints single_outside(Single ray, wide_ints ids) {
+    wide_ints outside = -1;
+    for (int i = 0; i < NEST; i++) outside &= ids + 1 != ray.inside[i];
+    return outside;
+}
+#endif
 
 // The planes of a box that a ray enters by and leaves by; a box begins at the largest
 // plane * inverse + enter of the three axes.
@@ -414,7 +497,7 @@ static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides
     QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
               center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)   \
     int16 id_ = *(__global const int16 *)(leaf)->id;                                         \
-    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & (TO_WIDE_INTS(id_) != ray.leaves);
+    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDES(ray, TO_WIDE_INTS(id_));
 
 static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *sphere) {
     Slabs slabs = slabs_of(ray);
@@ -448,7 +531,16 @@ static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *spher
     }
 }
 
-static bool occluded_single(Tree tree, Single ray, real limit) {
+// NEST: what the spheres in between take, see veiled().
+#ifdef NEST
+#define HIDDEN INTEGER
+#else
+#define HIDDEN bool
+#endif
+static HIDDEN occluded_single(Tree tree, Single ray, real limit) {
+#ifdef NEST
+    INTEGER veil = 0;
+#endif
     Slabs slabs = slabs_of(ray);
     int stack[STACK], top = 0;
     for (int e = 0; e >= 0;) {
@@ -461,12 +553,36 @@ static bool occluded_single(Tree tree, Single ray, real limit) {
             }
         } else {
             LEAF_QUADRATIC(ray, tree.leaves + (e - tree.shape.node_count))
+#ifdef NEST
+            for (uint bits = wide_bits(met & (-b < limit)); bits; bits &= bits - 1) {
+                int id = tree.leaves[e - tree.shape.node_count].id[LOWEST_BIT(bits)];
+                veil = min(veil + tree.glass[id].veil, OPAQUE);
+            }
+            if (veil == OPAQUE) return veil;
+#else
             if (wide_bits(met & (-b < limit))) return true;
+#endif
         }
         e = top > 0 ? stack[--top] : -1;
     }
+#ifdef NEST
+    return veil;
+#else
     return false;
+#endif
 }
+
+// What the rays of lanes are inside of, as a Single's.
+#ifdef NEST
+#define INSIDE_OF(ray)            \
+    __private ints inside_[NEST]; \
+    for (int n = 0; n < NEST; n++) inside_[n] = (ray).inside.sphere[n];
+#define SINGLE_INSIDE(i) \
+    for (int n = 0; n < NEST; n++) single.inside[n] = ((__private INTEGER *)(inside_ + n))[i];
+#else
+#define INSIDE_OF(ray)
+#define SINGLE_INSIDE(i)
+#endif
 
 // Runs its body for each ray that is on: `i` is its lane, `single` the ray.
 #define FOR_EACH_RAY(ray, on)                                                                    \
@@ -494,7 +610,7 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
             QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                       ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
                       leaf->center[2][k], leaf->radius[k])
-            ints met = on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]);
+            ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]);
             if (ANY(met)) hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
         }
     return hit;
@@ -524,7 +640,7 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
                     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                               ray.direction.y, ray.direction.z, leaf->center[0][k],
                               leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
-                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]);
+                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]);
                     if (ANY(met)) {
                         hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
                         found = true;
@@ -539,8 +655,12 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
 #endif
     __private reals distances[1] = {hit.distance};
     __private ints spheres[1] = {hit.sphere};
-    FOR_EACH_RAY(ray, on)
-    nearest_single(tree, single, (__private real *)distances + i, (__private INTEGER *)spheres + i);
+    INSIDE_OF(ray)
+    FOR_EACH_RAY(ray, on) {
+        SINGLE_INSIDE(i)
+        nearest_single(tree, single, (__private real *)distances + i,
+                       (__private INTEGER *)spheres + i);
+    }
     hit.distance = distances[0];
     hit.sphere = spheres[0];
     return hit;
@@ -557,12 +677,20 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
             QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                       ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
                       leaf->center[2][k], leaf->radius[k])
-            dark |= on & (delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]) &
-                    (-b < distance);
+            ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
+                       (-b < distance);
+#ifdef NEST
+            if (leaf->id[k] >= 0) dark = veiled(dark, met, tree.glass[leaf->id[k]].veil);
+#else
+            dark |= met;
+#endif
         }
     return dark;
 #endif
     ints clear = on;
+#ifdef NEST
+    ints veil = 0;
+#endif
 #if LANES > 1
     // From the light to the points, for it is common; not from a far one, whose rounding is large.
     real away = MOST(on, largest_of(light));
@@ -591,23 +719,48 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
                     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                               ray.direction.y, ray.direction.z, leaf->center[0][k],
                               leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
-                    clear &= !((delta > 0) & (b < 0) & (c > 0) & (ray.leaves != leaf->id[k]) &
+#ifdef NEST
+                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
+                               (-b < distance);
+                    if (ANY(met)) veil = veiled(veil, met, tree.glass[leaf->id[k]].veil);
+                }
+                clear = on & (veil < OPAQUE);
+                if (!ANY(clear)) return veil;
+#else
+                    clear &= !((delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
                                (-b < distance));
                 }
                 if (!ANY(clear)) return on;
+#endif
             }
             e = next_of(stack, starts, &top, INFINITY);
         }
+#ifdef NEST
+        if (e < 0) return veil;
+#else
         if (e < 0) return on & !clear;
+#endif
     }
 #endif
     __private reals limits[1] = {distance};
     __private ints clears[1] = {clear};
+#ifdef NEST
+    // From the start: what the beam has met would count twice.
+    __private ints veils[1] = {PICK_INT(clear, 0, veil)};
+    INSIDE_OF(ray)
+    FOR_EACH_RAY(ray, clear) {
+        SINGLE_INSIDE(i)
+        ((__private INTEGER *)veils)[i] =
+            occluded_single(tree, single, ((__private const real *)limits)[i]);
+    }
+    return veils[0];
+#else
     FOR_EACH_RAY(ray, clear) {
         if (occluded_single(tree, single, ((__private const real *)limits)[i]))
             ((__private INTEGER *)clears)[i] = 0;
     }
     return on & !clears[0];
+#endif
 }
 
 #endif

@@ -10,7 +10,7 @@ LAYERS = (
     ("data", "memory", "values"),
     ("light", "spheres"),
     ("scene",),
-    ("lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
+    ("glass", "lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
     ("opencl.program", "opencl.bands", "opencl.tree"),
     ("trial",),

@@ -30,6 +30,8 @@ EVERY = [
     for film in pack.FILMS
     for some in [*USED, *(tuple(set(pack.USES) - set(one)) for one in USED)]
     if not {"orthographic", "long_lens"} <= set(some)
+    if not ("split" in some and not {"nest", "reflection"} <= set(some))
+    if not (precision == "literal" and "nest" in some)
     if not (precision == "literal" and {"long_lens", "tree"} & set(some))  # it has none
 ]
 

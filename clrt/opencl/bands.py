@@ -40,7 +40,7 @@ def fill(
         film: (rows, columns, ...), contiguous.
         corner: its first pixel's column and row in the picture.
         packet: columns and rows of the pixels that a work-item renders.
-        arguments: the kernel's, see pack.arguments().
+        arguments: the kernel's, see pack.arguments(). `lost`, if it is there, is filled.
         progress: called with the number of rows just finished.
 
     Returns:
@@ -51,7 +51,7 @@ def fill(
     columns = film.shape[1]
     same_for_all = (
         np.int32(corner[0]),
-        *(_uploaded(queue.context, value) for value in arguments.values()),
+        *(uploaded := [_uploaded(queue.context, value) for value in arguments.values()]),
     )
     items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
@@ -94,6 +94,9 @@ def fill(
                 rows = finish_oldest()
         while under_way:
             finish_oldest()
+        if "lost" in arguments:
+            buffer = dict(zip(arguments, uploaded, strict=True))["lost"]
+            cl.enqueue_copy(queue, arguments["lost"], buffer)
     finally:
         queue.finish()  # the device writes to the film: an error must not free it
     return kernel_seconds
@@ -107,5 +110,5 @@ def _uploaded(context: "cl.Context", value: Any) -> Any:
         return value
     if value.size == 0:  # OpenCL has no empty buffers
         value = np.zeros(1, value.dtype)
-    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+    flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR
     return cl.Buffer(context, flags, hostbuf=value)

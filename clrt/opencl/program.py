@@ -22,7 +22,7 @@ from clrt.opencl.device import identity
 if TYPE_CHECKING:
     import pyopencl as cl
 
-KERNELS = ("lanes", "sphere", "camera", "shading", "tree", "build", "film", "render")
+KERNELS = ("lanes", "sphere", "glass", "camera", "shading", "tree", "build", "film", "render")
 ROOM = 50 << 20  # bytes of programs that are kept: those of 300
 KEY_LENGTH = 64  # of a file's name: sha256, in hexadecimal digits
 

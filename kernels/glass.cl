@@ -1,0 +1,121 @@
+// Glass: rays that go through spheres (paper, section 8: transmitted rays).
+//
+// The host defines NEST where a sphere transmits light: how many transparent spheres a ray can be
+// inside of at once. A ray knows which they are. Of those it meets the far side, of the others the
+// near side. The medium of a point is the smallest transparent sphere around it, whichever way a ray
+// came there.
+#ifdef NEST
+
+// 12 bytes as float32, 16 as float64. A transparent sphere that the camera is inside of.
+typedef struct {
+    int sphere;  // index + 1; 0: none
+    int order;   // see Sphere
+    real ior;
+} Medium;
+
+// All empty: outside of everything, as where nobody says anything else.
+static Inside inside_of(__global const Medium *around) {
+    Inside inside;
+    for (int i = 0; i < NEST; i++) {
+        inside.sphere[i] = around[i].sphere;
+        inside.order[i] = around[i].order;
+        inside.ior[i] = around[i].ior;
+    }
+    return inside;
+}
+
+static reals medium_of(Inside inside) { return PICK(inside.sphere[0] != 0, inside.ior[0], 1); }
+
+// Adds a sphere in the lanes of a mask. The list is sorted, the smallest sphere first.
+// Returns the lanes where there was no room: of the largest sphere the far side will not be seen.
+static ints enter(Inside *inside, ints mask, ints sphere, ints order, reals ior) {
+    ints number = PICK_INT(mask, sphere + 1, 0);
+    order = PICK_INT(mask, order, 0);
+    for (int i = 0; i < NEST; i++) {
+        ints smaller = order > inside->order[i];
+        ints number_i = inside->sphere[i], order_i = inside->order[i];
+        reals ior_i = inside->ior[i];
+        inside->sphere[i] = PICK_INT(smaller, number, number_i);
+        inside->order[i] = PICK_INT(smaller, order, order_i);
+        inside->ior[i] = PICK(smaller, ior, ior_i);
+        number = PICK_INT(smaller, number_i, number);
+        order = PICK_INT(smaller, order_i, order);
+        ior = PICK(smaller, ior_i, ior);
+    }
+    return number != 0;
+}
+
+// Takes a sphere out in the lanes of a mask.
+static void leave(Inside *inside, ints mask, ints sphere) {
+    ints found = 0;
+    for (int i = 0; i < NEST; i++) {
+        found |= mask & (inside->sphere[i] == sphere + 1);
+        ints number = 0, order = 0;
+        reals ior = 1;
+        if (i + 1 < NEST) {
+            number = inside->sphere[(i + 1) % NEST];
+            order = inside->order[(i + 1) % NEST];
+            ior = inside->ior[(i + 1) % NEST];
+        }
+        inside->sphere[i] = PICK_INT(found, number, inside->sphere[i]);
+        inside->order[i] = PICK_INT(found, order, inside->order[i]);
+        inside->ior[i] = PICK(found, ior, inside->ior[i]);
+    }
+}
+
+static Inside pick_inside(ints mask, Inside yes, Inside no) {
+    for (int i = 0; i < NEST; i++) {
+        yes.sphere[i] = PICK_INT(mask, yes.sphere[i], no.sphere[i]);
+        yes.order[i] = PICK_INT(mask, yes.order[i], no.order[i]);
+        yes.ior[i] = PICK(mask, yes.ior[i], no.ior[i]);
+    }
+    return yes;
+}
+
+// Where a ray leaves a sphere that it is inside of. From the sphere itself that is a whole chord:
+// t = -2 b, with no root and no epsilon, off the surface by at most 3 * 2^-24 (|P| + t). From
+// elsewhere it is the larger root, in the form that does not cancel.
+static reals way_out(Quadratic q, ints from_itself) {
+    reals half_chord = sqrt(PICK(q.delta > 0, q.delta, 0));
+    reals larger = PICK(q.b > 0, -q.c / (half_chord + q.b), half_chord - q.b);
+    return PICK(from_itself, -2 * q.b, larger);
+}
+
+#ifndef TREE
+// The far sides of the spheres that rays are inside of, if they come before `hit`.
+static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int sphere_count) {
+    for (int s = 0; s < sphere_count; s++) {
+        ints in = is_inside(ray, s);
+        if (!ANY(in)) continue;
+        hit = closer(hit, in, way_out(quadratic(ray, spheres + s), ray.leaves == s), s);
+    }
+    return hit;
+}
+#endif
+
+typedef struct {
+    Vector direction;  // of the ray that goes on
+    ints total;        // where it is mirrored: it stays in its medium
+    reals mirrored;    // Fresnel's part of unpolarised light that is
+} Refraction;
+
+// A ray of direction d that meets a surface between two media, m its normal towards the ray.
+// Snell's law: with c = -d.m, eta = n1 / n2 and k = (eta c)^2 - (n1^2 - n2^2) / n2^2 the direction is
+// eta d + (eta c - sqrt(k)) m. That bracket cancels where eta is near 1: it is off by up to 2900 units
+// in the last place. (n1^2 - n2^2) / n2^2 / (eta c + sqrt(k)) is the same number, and right to 3 of
+// them; of equal media the direction stays as it is, bit for bit. k < 0: total reflection.
+static Refraction refracted(Vector d, Vector m, reals n1, reals n2) {
+    reals c = -dot3(d, m), eta = n1 / n2, bend = (n1 - n2) * (n1 + n2) / (n2 * n2);
+    reals k = (eta * c) * (eta * c) - bend;
+    Refraction found;
+    found.total = k < 0;
+    reals root = sqrt(PICK(found.total, 0, k)), sum = eta * c + root;
+    Vector through = along(scaled(d, eta), PICK(sum > 0, bend / sum, 0), m);
+    found.direction = pick3(found.total, along(d, 2 * c, m), through);
+    reals across = (eta * c - root) / sum, aligned = (c - eta * root) / (c + eta * root);
+    reals part = (across * across + aligned * aligned) / 2;
+    found.mirrored = PICK(part < 1, part, 1);
+    return found;
+}
+
+#endif
