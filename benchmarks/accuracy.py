@@ -55,6 +55,7 @@ def command(quick: bool) -> None:
         "moved by (1e5, -1e5, 1e5)": moved(base, (1e5, -1e5, 1e5)),
         "plane of radius 1e7": with_plane(base, 1e7),
         "lights": clrt.load_scene("lights"),
+        "glass": clrt.load_scene("glass"),
     }
     rows, points = [], []
     for name, scene in scenes.items():

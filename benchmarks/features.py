@@ -30,6 +30,17 @@ def made_of(**changes: Any) -> Scene:
     return replace(BASE, materials=materials)
 
 
+def with_ball(**values: Any) -> Scene:
+    """BASE with a ball before its spheres."""
+    ball = clrt.Material(diffuse=(0.05, 0.05, 0.05), specular=(0.5, 0.5, 0.5), **values)
+    return replace(
+        BASE,
+        max_depth=8,
+        materials={**BASE.materials, "ball": ball},
+        spheres=(*BASE.spheres, clrt.Sphere((0.0, -0.1, -0.2), 0.5, "ball")),
+    )
+
+
 # Each beside what it is compared with.
 SCENES: dict[str, tuple[Scene, str]] = {
     "a point light": (BASE, ""),
@@ -43,6 +54,13 @@ SCENES: dict[str, tuple[Scene, str]] = {
     ),
     "Phong's highlight": (made_of(highlight="phong"), "a point light"),
     "an ambient light more": (lit_by(SUN, clrt.AmbientLight()), "a point light"),
+    "a ball that mirrors, depth 8": (with_ball(reflection=0.9), ""),
+    "a ball of glass, depth 8": (
+        with_ball(transmission=0.9), "a ball that mirrors, depth 8"
+    ),
+    "a ball that does both, depth 8": (
+        with_ball(transmission=0.8, reflection=0.1), "a ball that mirrors, depth 8"
+    ),
     "orthographic": (
         replace(BASE, camera=clrt.Camera((0, 0, 1), (0, 0, 0), projection="orthographic",
                                          height=1.6)), "a point light"

@@ -96,7 +96,9 @@ static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int spher
 typedef struct {
     Vector direction;  // of the ray that goes on
     ints total;        // where it is mirrored: it stays in its medium
-    reals mirrored;    // Fresnel's part of unpolarised light that is
+#ifdef SPLIT
+    reals mirrored;  // Fresnel's part of unpolarised light that is
+#endif
 } Refraction;
 
 // A ray of direction d that meets a surface between two media, m its normal towards the ray.
@@ -112,9 +114,11 @@ static Refraction refracted(Vector d, Vector m, reals n1, reals n2) {
     reals root = sqrt(PICK(found.total, 0, k)), sum = eta * c + root;
     Vector through = along(scaled(d, eta), PICK(sum > 0, bend / sum, 0), m);
     found.direction = pick3(found.total, along(d, 2 * c, m), through);
+#ifdef SPLIT
     reals across = (eta * c - root) / sum, aligned = (c - eta * root) / (c + eta * root);
     reals part = (across * across + aligned * aligned) / 2;
     found.mirrored = PICK(part < 1, part, 1);
+#endif
     return found;
 }
 

@@ -241,7 +241,11 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             color = pick3(reached, along(color, weight, light), color);
         }
 #endif
+#ifdef NEST
+        for (int k = ANY(on) ? 0 : light_count; k < light_count; k++) {
+#else
         for (int k = 0; k < light_count; k++) {
+#endif
             Vector to_light = minus(splat(lights[k].position), ray.origin);
             reals distance2 = dot3(to_light, to_light);
             reals inv_distance = inverse_sqrt(distance2);
@@ -282,8 +286,8 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                 lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
                                          splat(lights[k].position), lit);
 #else
-            lit &= !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
-                             sphere_count);
+        lit &= !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
+                         sphere_count);
 #endif
 #ifdef FILM_PATHS
 #ifdef NEST
@@ -319,39 +323,50 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #ifdef REFLECTION
 #ifdef NEST
         ints entering = on & (surface.transmission > 0), crossing = entering | out;
-        Inside after = ray.inside;
-        ints lacks_room = enter(&after, entering, hit.sphere, surface.order, surface.ior);
-        leave(&after, out, hit.sphere);
-        Refraction bent = refracted(ray.direction, pick3(out, scaled(normal, -1), normal),
-                                    medium_of(ray.inside), medium_of(after));
-        ints through = crossing & !bent.total;
-        if (depth < max_depth && ANY(lacks_room & through)) atomic_inc(lost);
-        // Of what is transmitted; total reflection takes nothing.
-        reals part = surface.transmission * surface.fresnel * bent.mirrored;
-        reals transmitted = weight * PICK(entering & through, surface.transmission - part, 1);
-        reals mirrored_weight = weight * (surface.reflection + part);
-        ints mirrors = reached & on & !(entering & bent.total) & (mirrored_weight > 0);
+        ints mirrors = reached & on & !entering;
         Ray back = ray;
         back.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+        if (!ANY(crossing)) {
+            ray = back;
+            weight *= surface.reflection;
+        } else {
+            Inside after = ray.inside;
+            ints lacks_room = enter(&after, entering, hit.sphere, surface.order, surface.ior);
+            leave(&after, out, hit.sphere);
+            Refraction bent = refracted(ray.direction, pick3(out, scaled(normal, -1), normal),
+                                        medium_of(ray.inside), medium_of(after));
+            ints through = crossing & !bent.total;
+            if (depth < max_depth && ANY(lacks_room & through)) atomic_inc(lost);
+            // Of what is transmitted; total reflection takes nothing.
+            reals transmission = surface.transmission, reflection = surface.reflection;
+#ifdef SPLIT
+            reals part = transmission * surface.fresnel * bent.mirrored;
+            transmission -= part;
+            reflection += part;
+            mirrors |= reached & entering & through;
+#endif
+            reals transmitted = weight * PICK(entering & through, transmission, 1);
+            reals mirrored_weight = weight * reflection;
 #ifdef FILM_PATHS
-        path = HASHED(crossing, path, PICK_INT(bent.total, 1, 0));
+            path = HASHED(crossing, path, PICK_INT(bent.total, 1, 0));
 #endif
 #ifdef SPLIT
-        ints both = crossing & mirrors & (transmitted > 0);
-        if (depth < max_depth && ANY(both)) {
-            if (aside_count < MAX_ASIDE) {
-                Aside split = {back, mirrored_weight, both, path, depth};
-                aside[aside_count++] = split;
-            } else {
-                atomic_inc(lost + 1);
+            ints both = crossing & mirrors & (transmitted > 0) & (mirrored_weight > 0);
+            if (depth < max_depth && ANY(both)) {
+                if (aside_count < MAX_ASIDE) {
+                    Aside split = {back, mirrored_weight, both, path, depth};
+                    aside[aside_count++] = split;
+                } else {
+                    atomic_inc(lost + 1);
+                }
             }
-        }
-        crossing &= transmitted > 0;
+            crossing &= transmitted > 0;
 #endif
-        ray.origin = pick3(crossing, point, ray.origin);
-        ray.direction = pick3(crossing, bent.direction, back.direction);
-        ray.inside = pick_inside(through & crossing, after, ray.inside);
-        weight = PICK(crossing, transmitted, mirrored_weight);
+            ray.origin = pick3(crossing, point, ray.origin);
+            ray.direction = pick3(crossing, bent.direction, back.direction);
+            ray.inside = pick_inside(through & crossing, after, ray.inside);
+            weight = PICK(crossing, transmitted, mirrored_weight);
+        }
         ints alive = (crossing | mirrors) & (weight > 0);
 #ifdef SPLIT
         if (depth == max_depth || !ANY(alive)) {

@@ -123,7 +123,7 @@ static ints ahead(Quadratic q, Ray ray, int s) {
     hit &= ray.leaves != s;
 #endif
 #ifdef NEST
-    hit &= !is_inside(ray, s);
+    if (ANY(ray.inside.sphere[0] != 0)) hit &= !is_inside(ray, s);
 #endif
     return hit;
 }

@@ -559,6 +559,87 @@ def cases() -> Iterable[HardCase]:
     yield HardCase("empty", "no sphere at all", replace(BASE, spheres=()), check="black")
     yield from orthographic_cases()
     yield from light_cases()
+    yield from glass_cases()
+
+
+GLASS = Material(diffuse=(0.05, 0.05, 0.05), specular=(0.5, 0.5, 0.5), transmission=0.9)
+CLEAR = Material(diffuse=(0.0, 0.0, 0.0), transmission=1.0, ior=1.0)
+MIDDLE: Vec3 = (0.0, -0.1, -0.2)
+
+
+def with_glass(*spheres: Sphere, depth: int = 8, base: Scene = BASE, **glass: Any) -> Scene:
+    """`base`, and in front of it spheres of "glass", "air" and "diamond"."""
+    made = replace(GLASS, **glass)
+    materials = {"glass": made, "air": replace(made, ior=1.0), "diamond": replace(made, ior=2.4)}
+    return replace(
+        base,
+        max_depth=depth,
+        materials={**base.materials, **materials},
+        spheres=(*base.spheres, *spheres),
+    )
+
+
+def glass_cases() -> Iterable[HardCase]:
+    """Rays through spheres. In double all are off by less than 1e-6."""
+
+    def case(name: str, reason: str, scene: Scene, **more: Any) -> HardCase:
+        return HardCase(f"glass-{name}", reason, scene, (240, 160), np.longdouble,
+                        double=1e-6, **more)  # fmt: skip
+
+    ball, bubble = at(MIDDLE, 0.5, "glass"), at(MIDDLE, 0.49, "air")
+    left, right = (-0.25, -0.1, -0.2), (0.25, -0.1, -0.2)
+    for name, reason, spheres in (
+        ("ball", "a chord from its own sphere", [ball]),
+        ("bubble", "rays that are inside of two spheres", [ball, bubble]),
+        ("thin-shell", "a shell of 1e-4 radii", [ball, at(MIDDLE, 0.49995, "air")]),
+        ("air-in-glass", "total reflection", [ball, at((0.1, 0.0, -0.1), 0.2, "air")]),
+        ("core", "an opaque ball inside", [ball, at(MIDDLE, 0.25, "green")]),
+        ("overlapping", "the smaller one's medium counts",
+         [at((-0.2, -0.1, -0.2), 0.4, "glass"), at((0.2, -0.1, -0.2), 0.35, "diamond")]),
+        ("overlapping-equal", "of equal ones the first counts",
+         [at((-0.2, -0.1, -0.2), 0.4, "glass"), at((0.2, -0.1, -0.2), 0.4, "diamond")]),
+        ("touching", "two that share a point", [at(left, 0.25, "glass"), at(right, 0.25, "glass")]),
+        ("tiny", "a ball of 1e-3 before the camera", [at((0.0005, 0.0, 0.995), 1e-3, "glass")]),
+        ("core-touches", "an opaque ball that touches the glass from inside",
+         [ball, at((0.0, -0.1, 0.05), 0.25, "green")]),
+        ("nested-4", "as many as a ray can be inside of",
+         [at(MIDDLE, r, m) for r, m in ((0.5, "glass"), (0.4, "air"), (0.3, "diamond"),
+                                        (0.2, "air"))]),
+        ("camera-in-a-ball", "the camera is inside of glass", [at((0.0, 0.1, 1.1), 0.5, "glass")]),
+        ("camera-in-two", "and of two, one beside the other's middle",
+         [at((0.0, 0.1, 1.1), 0.5, "glass"), at((0.1, 0.0, 1.2), 0.4, "air")]),
+    ):  # fmt: skip
+        yield case(name, reason, with_glass(*spheres))
+    row = [at((0.45 * i - 0.9, 0.05 * i, -0.3 * i + 0.1), 0.22, "diamond") for i in range(5)]
+    yield case("row", "five diamonds, each of which magnifies", with_glass(*row), flips=40)
+    yield case(
+        "water",
+        "the far side of a giant",
+        with_glass(plane(1e4, point=(0.0, -0.3, 0.0)), ior=1.33),
+    )
+    sunk = replace(plane(1e4, point=(0.0, -0.3, 0.0)), material="glass")
+    yield case("lake", "opaque balls in the water, seen from above", with_glass(sunk, ior=1.33))
+    yield case("index-1", "as if it were not there, but traced", with_glass(ball, ior=1.0))
+    yield case("both", "mirrored and transmitted", with_glass(ball, reflection=0.1))
+    yield case("fresnel", "by the angle", with_glass(ball, bubble, fresnel=True))
+    yield case(
+        "fresnel-deep",
+        "paths of 24 segments, which magnify, and many rays put aside: flips at edges of edges",
+        with_glass(ball, at((0.8, 0.2, -0.2), 0.3, "diamond"), depth=24, fresnel=True),
+        flips=130,
+    )
+    two = lit_by(Light((-5.0, 5.0, 5.0)), SUN, AmbientLight((0.2, 0.2, 0.2)))
+    yield case("shadows", "of glass on glass", with_glass(ball, *row[:2], base=two))
+    inside = lit_by(Light((0.1, 0.0, -0.1)))
+    yield case("light-inside", "it pays for the way in", with_glass(ball, base=inside))
+    camera = Camera((0.0, 0.1, 1.1), (0.0, 0.0, 0.0), fov=5.0)
+    long_lens = replace(with_glass(at((0.0, 0.1, 1.1), 0.3, "glass")), camera=camera)
+    yield case("long-lens-inside", "a long lens inside of glass", long_lens)
+    yield case(
+        "beside", "an orthographic camera", with_glass(ball, bubble, base=beside((1.0, 1.0, 1.0)))
+    )
+    far = (1e5, -1e5, 1e5)
+    yield case("moved", "far from the origin", moved(far, base=with_glass(ball, bubble)))
 
 
 def lit_by(*lights: LightKind, base: Scene = BASE) -> Scene:

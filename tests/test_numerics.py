@@ -8,7 +8,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 from conftest import kept, renderer_for
-from hard_cases import CASES, HardCase, plane
+from hard_cases import CASES, HardCase, plane, with_glass
 from hypothesis import assume, given, settings
 
 from clrt import (
@@ -190,6 +190,35 @@ def scenes(draw: st.DrawFn) -> Scene:
         spheres=tuple(spheres),
         max_depth=draw(st.integers(1, 5)),
     )
+
+
+@st.composite
+def glass_scenes(draw: st.DrawFn) -> Scene:
+    """One to four balls of glass in, over and beside each other."""
+    kinds = ("glass", "air", "diamond")
+    balls: list[Sphere] = []
+    for _ in range(draw(st.integers(1, 4))):
+        near = st.floats(-0.3, 0.3)
+        center = (draw(near), draw(near), draw(near) - 0.2)
+        concentric: bool = draw(st.booleans())
+        if balls and concentric:
+            center = balls[-1].center
+        balls.append(Sphere(center, draw(st.floats(0.1, 0.5)), draw(st.sampled_from(kinds))))
+    scene = with_glass(*balls, depth=draw(st.integers(1, 7)), fresnel=draw(st.booleans()))
+    for one in balls:
+        assume(all(abs(math.dist(one.center, s.center) - abs(one.radius - s.radius)) > 1e-4
+                   for s in scene.spheres if s is not one))  # fmt: skip
+        assume(abs(math.dist(one.center, scene.camera.position) - one.radius) > 1e-3)
+    return scene
+
+
+@settings(max_examples=15, derandomize=True, deadline=None)
+@given(scene=glass_scenes())
+def test_made_up_glass(device: cl.Device, scene: Scene) -> None:
+    case = HardCase("made up", "", scene, (48, 32), np.longdouble, flips=9, double=1e-6)
+    for precision in ("robust", "double"):
+        image = renderer_of(device, precision, 16).render(scene, *case.size)
+        assert not faults(case, image, precision)
 
 
 @settings(max_examples=20, derandomize=True, deadline=None)

@@ -76,6 +76,12 @@ def touching() -> clrt.Scene:
     return scene_of(center, radius, lights=[clrt.Light((3, 0, 2)), clrt.Light((0, 5, 0))])
 
 
+def glassy(scene: clrt.Scene) -> clrt.Scene:
+    """A third of its spheres of glass, so that they overlap."""
+    clear = clrt.Material((0, 0.02, 0), (0.1, 0.2, 0.1), (1, 1, 1), 100, transmission=0.7, ior=1.1)
+    return replace(scene, materials={**MATERIALS, "matte": clear}, max_depth=6)
+
+
 SCENES = {
     "touching": touching(),
     "cloud of 50": scene_of(*cloud(50)),
@@ -90,6 +96,8 @@ SCENES = {
     "turned": scene_of(*cloud(300), camera=clrt.Camera((4, 3, -1), (0, 0, -2), (0.3, 1, 0.2))),
     "orthographic": scene_of(*cloud(300), camera=replace(BESIDE, height=3.0)),
     "orthographic in it": replace(among_giants(), camera=ABOVE),
+    "glass": glassy(scene_of(*cloud(300))),
+    "glass among giants": glassy(among_giants()),
     "far light": scene_of(*cloud(300), lights=[clrt.Light((1e6, 2e6, 3e6))]),
     "biased": scene_of(*cloud(300), shadow_bias=1e-3),
 }  # fmt: skip
