@@ -324,10 +324,10 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #ifdef NEST
         ints entering = on & (surface.transmission > 0), crossing = entering | out;
         ints mirrors = reached & on & !entering;
-        Ray back = ray;
-        back.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+        Ray mirror = ray;
+        mirror.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
         if (!ANY(crossing)) {
-            ray = back;
+            ray = mirror;
             weight *= surface.reflection;
         } else {
             Inside after = ray.inside;
@@ -354,7 +354,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             ints both = crossing & mirrors & (transmitted > 0) & (mirrored_weight > 0);
             if (depth < max_depth && ANY(both)) {
                 if (aside_count < MAX_ASIDE) {
-                    Aside split = {back, mirrored_weight, both, path, depth};
+                    Aside split = {mirror, mirrored_weight, both, path, depth};
                     aside[aside_count++] = split;
                 } else {
                     atomic_inc(lost + 1);
@@ -363,7 +363,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             crossing &= transmitted > 0;
 #endif
             ray.origin = pick3(crossing, point, ray.origin);
-            ray.direction = pick3(crossing, bent.direction, back.direction);
+            ray.direction = pick3(crossing, bent.direction, mirror.direction);
             ray.inside = pick_inside(through & crossing, after, ray.inside);
             weight = PICK(crossing, transmitted, mirrored_weight);
         }
