@@ -8,9 +8,9 @@ ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
     ("data", "memory", "values"),
-    ("light", "spheres"),
+    ("color", "light", "spheres"),
     ("scene",),
-    ("lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
+    ("film", "lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
     ("opencl.program", "opencl.bands", "opencl.tree"),
     ("trial",),
