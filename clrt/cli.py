@@ -467,12 +467,15 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
 
     first, second = image.load(a), image.load(b)
     advice = "compare parts of them"
-    memory.require(80 * first[..., 0].size, f"to compare {a} with {b}", advice)  # measured
+    memory.require(27 * first.size, f"to compare {a} with {b}", advice)  # measured
     if heatmap is not None:
         image.check_output(heatmap, first.shape[1], first.shape[0])
         for picture in (a, b):
             image.check_apart(heatmap, picture)
     found = metrics.difference(first, second)
+    curves = {image.is_srgb(picture): picture for picture in (a, b)}
+    if {True, False} <= curves.keys():
+        say(f"clrt: {curves[True]} is sRGB and {curves[False]} is not: compared as they are")
     click.echo(
         f"pixels   {found.pixels}\n"
         f"max      {found.max:.3e}\n"

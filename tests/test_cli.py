@@ -111,6 +111,27 @@ def test_compare(run) -> None:
     assert "PSNR     inf dB" in run("compare", "a.png", "a.png").stdout
 
 
+def test_compare_alpha_and_curves(run) -> None:
+    film = np.zeros((4, 5, 4), np.uint8)
+    film[..., 0], film[..., 3] = 200, np.arange(5) * 60
+    hidden = film.copy()
+    hidden[:, 0, :3] = 99  # where alpha is 0
+    clrt.save("a.png", film)
+    clrt.save("b.png", hidden)
+    assert "max      0.000e+00" in run("compare", "a.png", "b.png").stdout
+    clrt.save("rgb.png", film[..., :3])
+    result = run("compare", "a.png", "rgb.png")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == "clrt: one of the pictures has alpha, the other has not\n"
+    clrt.save("srgb.png", film, transfer="srgb")
+    for pair in (("srgb.png", "a.png"), ("a.png", "srgb.png")):
+        said = run("compare", *pair).stderr
+        assert said == "clrt: srgb.png is sRGB and a.png is not: compared as they are\n"
+    clrt.save("deep.png", film.astype(np.uint16) * 257)
+    result = run("compare", "a.png", "deep.png", "--heatmap", "map.png")
+    assert "max      0.000e+00" in result.stdout
+
+
 def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
     run("render", "-o", "a.png", *SMALL)
     run("render", "-o", "b.png", *SMALL)

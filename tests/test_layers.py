@@ -8,7 +8,7 @@ ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
     ("data", "memory", "values"),
-    ("color", "light", "spheres"),
+    ("color", "files.deep", "light", "spheres"),
     ("scene",),
     ("film", "lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
