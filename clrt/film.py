@@ -30,6 +30,14 @@ def needs_passes(film: Film) -> bool:
     return film.outline > 0 or film.depth_cue != (0, 0)
 
 
+def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
+    """Whether a picture of that dtype, with alpha or without, is not what a kernel makes itself:
+    floats, linear bytes, and floats with alpha."""
+    if needs_passes(film) or (any(film.background) and not alpha):
+        return True
+    return dtype != np.float32 and (alpha or dtype != np.uint8 or film.transfer != "linear")
+
+
 def halo(film: Film) -> int:
     """How many pixels around a region its steps look at."""
     return int(film.outline / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0

@@ -28,12 +28,16 @@ PRECISIONS: dict[Precision, Real] = {
     "double": np.float64,
 }
 LANES = (1, 2, 4, 8, 16)
-Film: TypeAlias = Literal["float", "bytes", "paths"]
-FILMS: dict[Film, type[np.generic]] = {
-    "float": np.float32,
-    "bytes": np.uint8,
-    "paths": np.uint32,
+FilmKind: TypeAlias = Literal["float", "bytes", "alpha", "passes", "paths"]
+PASSES = np.dtype([("depth", np.float32), ("normal", np.float32, 3), ("id", np.int32)])
+FILMS: dict[FilmKind, tuple[np.dtype[Any], int]] = {
+    "float": (np.dtype(np.float32), 3),
+    "bytes": (np.dtype(np.uint8), 3),
+    "alpha": (np.dtype(np.float32), 4),
+    "passes": (PASSES, 1),
+    "paths": (np.dtype(np.uint32), 1),
 }
+"""What the kernel stores for each pixel: of what dtype, and how many (film.cl)."""
 
 
 class Features(msgspec.Struct, frozen=True):
@@ -44,7 +48,7 @@ class Features(msgspec.Struct, frozen=True):
 
     lanes: int
     precision: Precision
-    film: Film
+    film: FilmKind
     reflection: bool = False
     """A path can go on after its first hit."""
     orthographic: bool = False
@@ -64,6 +68,8 @@ class Features(msgspec.Struct, frozen=True):
     """A light shines into a cone."""
     phong: bool = False
     """A material's highlight is Phong's."""
+    background: bool = False
+    """Rays that leave the scene after a mirror see something there."""
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -77,8 +83,7 @@ class Features(msgspec.Struct, frozen=True):
         known = {
             "DOUBLE": self.precision == "double",
             "LITERAL": self.precision == "literal",
-            "FILM_BYTES": self.film == "bytes",
-            "FILM_PATHS": self.film == "paths",
+            **{f"FILM_{film.upper()}": self.film == film for film in FILMS if film != "float"},
             **{name.upper(): getattr(self, name) for name in USES},
         }
         return [f"-DLANES={self.lanes}", *(f"-D{name}" for name, used in known.items() if used)]
@@ -105,12 +110,13 @@ MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
 Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 COLORS = ("ambient", "diffuse", "specular")
+AXES = ("right", "up", "back")
 
 
-def camera_dtype(real: Real, tree: bool = False) -> np.dtype[Any]:
+def camera_dtype(real: Real) -> np.dtype[Any]:
     fields = [("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)]
-    axes = [(axis, real, 3) for axis in ("right", "up", "back")]
-    return np.dtype(fields + axes * tree, align=True)
+    axes = [(axis, real, 3) for axis in AXES]
+    return np.dtype([*fields, *axes, ("unit", real)], align=True)
 
 
 def sphere_dtype(real: Real) -> np.dtype[Any]:
@@ -244,14 +250,22 @@ def _encloses(center: Array, radius: Array, lights: Sequence[Shining]) -> Array:
     return inside
 
 
-def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
+def _reflects(world: World, scene: Scene) -> bool:
+    return scene.max_depth > 1 and any(m.reflection > 0 for m in world.materials.values())
+
+
+def _shows_background(world: World, scene: Scene) -> bool:
+    """Elsewhere than where the camera sees it directly: clrt.film adds it there."""
+    return any(scene.film.background) and _reflects(world, scene)
+
+
+def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features:
     """What the program of a scene must have."""
-    reflects = any(material.reflection > 0 for material in world.materials.values())
     return Features(
         lanes,
         world.precision,
         film,
-        reflection=scene.max_depth > 1 and reflects,
+        reflection=_reflects(world, scene),
         orthographic=scene.camera.orthographic,
         long_lens=lens.is_long(scene.camera) and world.precision != "literal",
         light_inside=len(world.light_inside) > 0,
@@ -261,6 +275,7 @@ def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
         attenuation=any(map(_fades, world.shining)),
         spot=any(isinstance(light, SpotLight) for light in world.shining),
         phong=any(material.highlight == "phong" for material in world.materials.values()),
+        background=_shows_background(world, scene),
     )
 
 
@@ -314,13 +329,16 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
-    camera = np.zeros(1, camera_dtype(real, world.tree))
+    camera = np.zeros(1, camera_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         if scene.camera.orthographic:
             screen = scale * np.minimum(screen, MAX_DISTANCE * extent)
         camera["step"] = screen / camera["last"]
         camera["eye"] = scale * moved(eye.reshape(1, 3))
+        camera["unit"] = np.minimum(1 / scale, np.finfo(real).max)
+        for axis, vector in zip(AXES, basis, strict=True):
+            camera[axis] = vector
         lights = _pack_lights(world.shining, origin, turn, scale, extent, real)
         spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
         spheres["screen_bounds"] = lens.bounds(scene.camera, scale * center, scale * radius)
@@ -342,11 +360,11 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "shades": world.shades,
         "encloses": _encloses(*chosen, world.shining),
     }
+    if _shows_background(world, scene):
+        found["background"] = np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real)
     if world.colors is not None:
         found["sphere_colors"] = world.colors
     if world.tree:
-        for axis, vector in zip(("right", "up", "back"), basis, strict=True):
-            camera[axis] = vector
         beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
         beads[listed, 3] = np.nan
         found |= {

@@ -13,7 +13,7 @@ LAYERS = (
     ("film", "lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
     ("pack", "opencl.device", "files.video"),
     ("opencl.program", "opencl.bands", "opencl.tree"),
-    ("trial",),
+    ("exposer", "trial"),
     ("renderer",),
     ("animation",),
     ("cli",),
