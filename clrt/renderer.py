@@ -399,14 +399,15 @@ def render(
     *,
     dtype: DTypeLike | None = None,
     region: Region | None = None,
+    alpha: bool | None = None,
     precision: Precision = "robust",
     lanes: int | None = None,
     device: "str | cl.Device | None" = None,
     threads: int | None = None,
-) -> NDArray[Any]:
+) -> Array:
     """Renders one picture, see Renderer and its render().
 
-    For more than one picture keep a Renderer, which compiles once.
+    For more than one picture, or for passes, keep a Renderer, which compiles once.
     """
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
-        return renderer.render(scene, width, height, dtype=dtype, region=region)
+        return renderer.render(scene, width, height, dtype=dtype, region=region, alpha=alpha)
