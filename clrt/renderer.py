@@ -196,10 +196,10 @@ class Renderer(AbstractContextManager["Renderer"]):
         check_process()
         with self._lock, self._errors():
             box = 0, 0, *check_size(width, height)
-            program = self._program(scene, "paths")
-            arguments = self._arguments(scene, width, height, program)
-            film, self.kernel_seconds = self._exposer.exposed(program, arguments, box)
-            return film[..., 0]
+            used = self._program(scene, "paths")
+            arguments = self._exposer.arguments(scene, width, height, used, self.kernel_seconds)
+            exposed, self.kernel_seconds = self._exposer.exposed(used, arguments, box)
+            return exposed[..., 0]
 
     def _picture(
         self,
@@ -220,7 +220,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         kinds = exposures(scene.film, dtype, alpha, names)
         programs = {kind: self._program(scene, kind) for kind in kinds}
         own = programs[kinds[0]]
-        arguments = self._arguments(scene, width, height, own)
+        arguments = self._exposer.arguments(scene, width, height, own, self.kernel_seconds)
         expose, seconds, found, seen = self._exposer.exposed, 0.0, {}, None
         margin = film.halo(scene.film)
         x0, y0 = max(left - margin, 0), max(top - margin, 0)
@@ -242,9 +242,6 @@ class Renderer(AbstractContextManager["Renderer"]):
             image, more = expose(own, arguments, box, out=out, progress=progress)
         self.kernel_seconds = seconds + more
         return image, found
-
-    def _arguments(self, scene: Scene, width: int, height: int, program: Program) -> dict[str, Any]:
-        return self._exposer.arguments(scene, width, height, program, self.kernel_seconds)
 
     def prepare(
         self,

@@ -4,14 +4,18 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from msgspec.structs import replace
 from PIL import Image
 
 import clrt
 from clrt.cli import main
+from clrt.data import folder
+from clrt.files import image
 
 SMALL = ["--width", "40", "--height", "23"]
 
@@ -68,6 +72,45 @@ def test_a_region(run) -> None:
     assert "part.png: 35x17, rendered in" in result.stderr
     whole, part = map(Image.open, ("whole.png", "part.png"))
     assert (np.asarray(part) == np.asarray(whole)[3:20, 5:40]).all()
+
+
+def test_looks(run) -> None:
+    """Options of the film, against the renderer's pictures of such scenes."""
+    scene = clrt.load_scene("four-spheres")
+
+    def expected(dtype: str, **film: Any) -> np.ndarray:
+        return clrt.render(replace(scene, film=clrt.Film(**film)), 40, 23, dtype=dtype)
+
+    run("render", "-o", "a.png", "--transparent", "--transfer", "srgb", *SMALL)
+    picture = Image.open("a.png")
+    assert (picture.mode, picture.info["srgb"]) == ("RGBA", 0)
+    assert (np.asarray(picture) == expected("uint8", transparent=True, transfer="srgb")).all()
+    assert picture.info["Comment"] == (
+        "clrt render -o a.png --transparent --transfer srgb --width 40 --height 23"
+    )
+    run("render", "-o", "b.png", "--background", "#808000", *SMALL)
+    half = 0.21586050
+    assert (np.asarray(Image.open("b.png")) == expected("uint8", background=(half, half, 0))).all()
+    assert "srgb" not in Image.open("b.png").info
+    run("render", "-o", "c.tif", "--bits", "16", *SMALL)
+    assert (np.rint(65535.0 * image.load(Path("c.tif"))) == expected("uint16")).all()
+
+
+def test_passes(run) -> None:
+    names = ("depth", "normal", "id")
+    film, passes = clrt.Renderer().render("four-spheres", 40, 23, passes=names)
+    run("render", "-o", "a.npz", "--passes", "depth,normal,id", *SMALL)
+    with np.load("a.npz") as found:
+        assert list(found) == ["image", *names]
+        assert (found["image"] == film).all()
+        for name in names:
+            assert (found[name] == passes[name]).all()
+    run("render", "-o", "part.npz", "--passes", "id", "--region", "5", "3", "40", "20", *SMALL)
+    with np.load("part.npz") as found:
+        assert list(found) == ["image", "id"]
+        assert (found["id"] == passes["id"][3:20, 5:40]).all()
+    run("render", "-o", "a.exr", "--passes", "id", "--transparent", *SMALL)
+    assert image.load(Path("a.exr")).shape == (23, 40, 4)
 
 
 def test_quiet_says_nothing(run) -> None:
@@ -152,6 +195,14 @@ def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
         (["render", "-o", "a.jpg", "--width", "65501"], "a.jpg: .jpg has no more than 65500"),
         (["render", "--max-depth", "99999999999"], "max_depth: expected a whole number"),
         (["render", "--lanes", "3"], "--lanes"),
+        (["render", "-o", "a.jpg", "--transparent"], "a.jpg: .jpg has no alpha: use one of .png"),
+        (["render", "--background", "whiter"], "expected a colour's name, #rgb or #rrggbb"),
+        (["render", "--transfer", "gamma"], "--transfer"),
+        (["render", "--passes", "id"], "four-spheres.png: .png has no passes: use one of .npz"),
+        (["render", "-o", "a.npz", "--passes", "id,uv"], "expected some of depth, normal, id, got"),
+        (["render", "-o", "a.npy", "--bits", "16"], "a.npy: .npy has no 16 bits a channel: use"),
+        (["render", "-o", "a.hdr"], "a.hdr: expected a name that ends in one of .png"),
+        (["animate", "clear.toml"], "clear.mp4: .mp4 has no alpha: use .webp .apng or numbered"),
         (["render", "--shadow-bias", "inf"], "shadow_bias: expected"),
         (["render", "--precision", "half"], "--precision"),
         (["check", "none.toml"], "none.toml: no such file"),
@@ -159,10 +210,12 @@ def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
     ],
 )
 def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: str) -> None:
+    clear = (folder("scenes") / "orbit.toml").read_text() + "[film]\ntransparent = true\n"
+    (tmp_path / "clear.toml").write_text(clear)
     result = run(*words)
     assert result.exit_code == 2
     assert said in result.stderr
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["clear.toml"]
 
 
 def test_a_wrong_scene_ends_with_one_line(run, tmp_path: Path) -> None:

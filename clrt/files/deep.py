@@ -146,7 +146,8 @@ def encoded16(film: NDArray[np.uint16], form: str) -> bytes:
     frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(film), format=f"{pixels}le")
     encoder = av.CodecContext.create(name, "w")
     encoder.height, encoder.width, _ = film.shape
-    encoder.pix_fmt, encoder.options, encoder.time_base = pixels + order, options, Fraction(1)
+    encoder.pix_fmt, encoder.options = pixels + order, options
+    encoder.time_base = encoder.sample_aspect_ratio = Fraction(1)
     return b"".join(bytes(packet) for part in (frame, None) for packet in encoder.encode(part))
 
 
