@@ -1,6 +1,7 @@
 """The command line, inside this process and as a real one."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -111,6 +112,17 @@ def test_passes(run) -> None:
         assert (found["id"] == passes["id"][3:20, 5:40]).all()
     run("render", "-o", "a.exr", "--passes", "id", "--transparent", *SMALL)
     assert image.load(Path("a.exr")).shape == (23, 40, 4)
+
+
+@pytest.mark.parametrize("name", ["linear.png", "srgb.png"])
+def test_a_picture_of_the_docs_is_made_as_it_says(run, tmp_path: Path, name: str) -> None:
+    docs = Path(__file__).parents[1] / "docs"
+    command = Image.open(docs / name).info["Comment"]
+    assert f"`{command}`" in (docs / "film.md").read_text()
+    (tmp_path / "docs").mkdir()
+    assert run(*shlex.split(command)[1:]).exit_code == 0
+    made, shown = (np.asarray(Image.open(f"{folder}/{name}"), int) for folder in ("docs", docs))
+    assert (abs(made - shown).max(axis=2) > 1).sum() <= 2  # another CPU rounds otherwise
 
 
 def test_quiet_says_nothing(run) -> None:
