@@ -7,7 +7,7 @@ The scene's `film` says which steps there are. Each is a function of arrays, and
 see of the background is in them already; what the camera sees directly is added here.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,31 +43,34 @@ def halo(film: Film) -> int:
     return int(film.outline / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
 
 
-def develop(
-    exposed: Array,
-    film: Film,
-    out: Array,
-    passes: Array | None = None,
-    inside: tuple[slice, slice] = (slice(None), slice(None)),
-    radius: Array | None = None,
-) -> None:
+class Seen(NamedTuple):
+    """What the camera sees first: of a picture, and of what is around it as far as halo() says."""
+
+    sphere: Array
+    """(height, width), the index of the one that is seen, -1 for none."""
+    depth: Array
+    """(height, width), world units, infinity where there is none."""
+    radius: Array
+    """(spheres,), world units."""
+    picture: tuple[slice, slice]
+    """Where in it the picture lies."""
+
+
+def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) -> None:
     """Takes a picture through all its steps.
 
     Args:
         exposed: (height, width, 4) float32, premultiplied.
         out: (height, width, 3), or 4 with alpha, float32, uint8 or uint16: where it goes. Integers
             are straight colours, floats premultiplied ones.
-        passes: depths and ids of the picture and what is around it, see needs_passes() and halo().
-        inside: where in `passes` the picture lies.
-        radius: (spheres,), world units.
+        seen: if needs_passes().
     """
     depth = line = None
-    if passes is not None and film.outline > 0:
-        assert radius is not None
+    if seen is not None and film.outline > 0:
         # At one sample a pixel: either its middle is on the line or it is not.
-        line = outline(passes["id"], passes["depth"], radius, film.outline)[inside] > 0.5
-    if passes is not None and film.depth_cue != (0, 0):
-        depth = passes["depth"][inside]
+        line = outline(seen.sphere, seen.depth, seen.radius, film.outline)[seen.picture] > 0.5
+    if seen is not None and film.depth_cue != (0, 0):
+        depth = seen.depth[seen.picture]
     rows = max(BLOCK // exposed.shape[1], 1)
     for start in range(0, len(exposed), rows):
         some = slice(start, start + rows)

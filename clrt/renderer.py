@@ -222,22 +222,22 @@ class Renderer(AbstractContextManager["Renderer"]):
         own = programs[kinds[0]]
         arguments = self._exposer.arguments(scene, width, height, own, self.kernel_seconds)
         expose, seconds, found, seen = self._exposer.exposed, 0.0, {}, None
-        margin = film.halo(scene.film)
-        x0, y0 = max(left - margin, 0), max(top - margin, 0)
-        inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
         if "passes" in programs:
+            margin = film.halo(scene.film)
+            x0, y0 = max(left - margin, 0), max(top - margin, 0)
             around = x0, y0, min(right + margin, width), min(bottom + margin, height)
+            inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
             quiet = None if progress is None else lambda rows: progress(0)
-            looks, seconds = expose(
-                programs["passes"], arguments, around, use="passes", progress=quiet
-            )
-            seen = looks[..., 0]
-            found = {name: seen[inside][name].copy() for name in names or ()}
+            used = programs["passes"]
+            looks, seconds = expose(used, arguments, around, use="passes", progress=quiet)
+            looks = looks[..., 0]
+            found = {name: looks[inside][name].copy() for name in names or ()}
+            radius = self._exposer.world(scene).spheres.radius
+            seen = film.Seen(looks["id"], looks["depth"], radius, inside)
         if film.has_steps(scene.film, dtype, alpha):
             exposed, more = expose(own, arguments, box, use="exposed", progress=progress)
             image = self._exposer.blank(shape, dtype) if out is None else out
-            radius = self._exposer.world(scene).spheres.radius
-            film.develop(exposed, scene.film, image, seen, inside, radius)
+            film.develop(exposed, scene.film, image, seen)
         else:
             image, more = expose(own, arguments, box, out=out, progress=progress)
         self.kernel_seconds = seconds + more

@@ -18,10 +18,11 @@ def premultiplied(shape: tuple[int, int] = (7, 9)) -> Array:
     return np.concatenate([alpha * RANDOM.random((*shape, 3)), alpha], 2).astype(np.float32)
 
 
-def developed(exposed: Array, kind: Any, channels: int, **options: Any) -> Array:
+def developed(
+    exposed: Array, kind: Any, channels: int, seen: film.Seen | None = None, **options: Any
+) -> Array:
     out = np.zeros((*exposed.shape[:2], channels), kind)
-    looks = options.pop("passes", {})
-    film.develop(exposed, Film(**options), out, **looks)
+    film.develop(exposed, Film(**options), out, seen)
     return out
 
 
@@ -178,24 +179,24 @@ def test_blocks_do_not_show(monkeypatch: pytest.MonkeyPatch, transfer: str) -> N
 def test_the_order() -> None:
     """A line is not pale where it is far, and shines through nothing; what it hides is gone."""
     looks = squares()
-    passes = {"passes": {"id": looks["sphere"], "depth": looks["depth"]}, "radius": looks["radius"]}
+    seen = film.Seen(**looks, picture=np.s_[:, :])
     there = (looks["sphere"] >= 0)[..., np.newaxis]
     exposed = np.where(there, [0.5, 0.5, 0.5, 1], 0).astype(np.float32)
     steps = {"depth_cue": (4, 6), "outline": 1, "outline_color": (1, 0, 0)}
-    found = developed(exposed, np.uint8, 3, background=(0, 0, 1), passes=passes, **steps)
+    found = developed(exposed, np.uint8, 3, background=(0, 0, 1), seen=seen, **steps)
     row = found[5]
     assert row[[0, 29]].tolist() == [[0, 0, 255]] * 2
     assert row[[6, 12, 17, 23]].tolist() == [[255, 0, 0]] * 4
     assert row[[8, 20]].tolist() == [[64, 64, 191]] * 2  # half gone
     assert row[15].tolist() == [128, 128, 128]  # at the nearer end
-    clear = developed(exposed, np.float32, 4, passes=passes, **steps)[5]
+    clear = developed(exposed, np.float32, 4, seen=seen, **steps)[5]
     assert clear[8].tolist() == [0.25, 0.25, 0.25, 0.5]
     assert clear[6].tolist() == [1, 0, 0, 1]
     # Over white, bytes that are straight are what is drawn on white.
-    straight = developed(exposed, np.uint8, 4, passes=passes, **steps) / 255
+    straight = developed(exposed, np.uint8, 4, seen=seen, **steps) / 255
     over = straight[..., :3] * straight[..., 3:] + 1 - straight[..., 3:]
-    white = developed(exposed, np.uint8, 3, background=(1, 1, 1), passes=passes, **steps) / 255
+    white = developed(exposed, np.uint8, 3, background=(1, 1, 1), seen=seen, **steps) / 255
     assert abs(over - white).max() <= 1 / 255
     # The curve comes last.
-    curved = developed(exposed, np.uint8, 3, transfer="srgb", passes=passes, **steps)[5, 8]
+    curved = developed(exposed, np.uint8, 3, transfer="srgb", seen=seen, **steps)[5, 8]
     assert curved.tolist() == [np.rint(255 * color.to_srgb(np.array(0.25)))] * 3
