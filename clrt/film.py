@@ -38,9 +38,14 @@ def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
     return dtype != np.float32 and (alpha or dtype != np.uint8 or film.transfer != "linear")
 
 
+def line_width(film: Film) -> float:
+    """Of an outline at one sample a pixel: a line that is there has a pixel at least."""
+    return max(film.outline, 1.0) if film.outline > 0 else 0.0
+
+
 def halo(film: Film) -> int:
     """How many pixels around a region its steps look at."""
-    return int(film.outline / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
+    return int(line_width(film) / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
 
 
 class Seen(NamedTuple):
@@ -68,7 +73,8 @@ def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) ->
     depth = line = None
     if seen is not None and film.outline > 0:
         # At one sample a pixel: either its middle is on the line or it is not.
-        line = outline(seen.sphere, seen.depth, seen.radius, film.outline)[seen.picture] > 0.5
+        share = outline(seen.sphere, seen.depth, seen.radius, line_width(film))
+        line = share[seen.picture] > 0.5
     if seen is not None and film.depth_cue != (0, 0):
         depth = seen.depth[seen.picture]
     rows = max(BLOCK // exposed.shape[1], 1)

@@ -1,10 +1,11 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1, and AMBIENT if there is ambient light: it reaches every hit, so that a
-// path goes on in shadow; BACKGROUND if what leaves the scene after a mirror sees something there.
-// What the camera sees of it directly the host adds (clrt/film.py). The other things that a scene may have or not are said of in camera.cl,
-// sphere.cl and shading.cl; everything else about it is run-time data.
+// max_depth is more than 1, AMBIENT if there is ambient light: it reaches every hit, so that a path
+// goes on in shadow, and BACKGROUND if rays that leave the scene after a mirror see something there.
+// What the camera sees of it directly the host adds (clrt/film.py). The other things that a scene
+// may have or not are said of in camera.cl, sphere.cl and shading.cl; everything else about it is
+// run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.

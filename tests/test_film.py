@@ -140,6 +140,7 @@ def test_the_halo_is_as_wide_as_a_line_needs(width: float) -> None:
     depth = np.where(sphere < 0, NOTHING, RANDOM.random((30, 40)))
     radius = np.full(3, 0.5)
     margin = film.halo(Film(outline=width))
+    width = max(width, 1.0)  # see line_width()
     whole = film.outline(sphere, depth, radius, width)
     around = slice(15 - margin, 16 + margin), slice(20 - margin, 21 + margin)
     part = film.outline(sphere[around], depth[around], radius, width)
@@ -151,7 +152,9 @@ def test_the_halo_is_as_wide_as_a_line_needs(width: float) -> None:
 
 
 def test_no_halo_without_a_line() -> None:
-    assert film.halo(Film(depth_cue=(1, 2))) == 0
+    assert film.halo(Film(depth_cue=(1, 2))) == film.line_width(Film()) == 0
+    assert film.line_width(Film(outline=0.1)) == 1
+    assert film.line_width(Film(outline=1.5)) == 1.5
     assert not film.needs_passes(Film(background=(1, 1, 1), transparent=True, transfer="srgb"))
     assert film.needs_passes(Film(depth_cue=(1, 2)))
     assert film.needs_passes(Film(outline=1))

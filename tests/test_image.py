@@ -119,6 +119,13 @@ def test_a_png_says_what_it_is(tmp_path: Path, film: np.ndarray) -> None:
         assert kinds.index(b"tEXt") < kinds.index(b"IDAT")
 
 
+def test_a_command_that_is_no_text(tmp_path: Path) -> None:
+    image.save(tmp_path / "a.png", BYTES, command="clrt render -o \udcff.png")
+    assert Image.open(tmp_path / "a.png").info["Comment"] == r"clrt render -o \udcff.png"
+    with pytest.raises(RequestError, match="transfer: expected 'linear' or 'srgb', got 'sRGB'"):
+        image.save(tmp_path / "b.png", BYTES, transfer="sRGB")
+
+
 def test_what_other_formats_say() -> None:
     assert image.is_srgb(Path("a.npy")) is image.is_srgb(Path("a.exr")) is False
     assert image.is_srgb(Path("a.jpg")) is image.is_srgb(Path("a.tif")) is None

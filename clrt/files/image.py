@@ -216,6 +216,8 @@ def save(
         raise RequestError(f"{path}: expected {expected}, got {film.dtype} of {film.shape}")
     if passes:
         _check_can(path, WITH_PASSES, "passes")
+    if transfer not in ("linear", "srgb"):
+        raise RequestError(f"transfer: expected 'linear' or 'srgb', got {transfer!r}")
     with written_whole(path) as beside, beside.open("wb") as file:
         if suffix in FLOAT_FORMATS:
             deep.WRITE[suffix](file, film, passes or {})
@@ -357,8 +359,8 @@ def _notes(transfer: str, command: str) -> "PngInfo":
     if transfer == "srgb":
         notes.add(b"sRGB", b"\0")  # perceptual
     notes.add_text("Software", f"clrt {version('clrt')}")
-    if command:
-        notes.add_text("Comment", command)
+    if command:  # a file's name need not be text
+        notes.add_text("Comment", command.encode(errors="backslashreplace").decode())
     return notes
 
 
