@@ -36,12 +36,22 @@ def _say_warning(message: Warning | str, category: type[Warning], *where: object
         say(f"clrt: {message}")
 
 
+def _command(words: Sequence[str]) -> str:
+    """What a picture says that made it. Not where to: the same picture is the same bytes."""
+    kept, rest = ["clrt"], iter(words)
+    for word in rest:
+        if word in ("-o", "--output"):
+            next(rest, None)
+        elif not word.startswith(("-o", "--output=")):
+            kept.append(word)
+    return shlex.join(kept)
+
+
 class Commands(click.Group):
     """Turns errors into one line on stderr and an exit status."""
 
     def main(self, *words: Any, **options: Any) -> Any:
-        given = (words[0] if words else options.get("args")) or sys.argv[1:]
-        options.setdefault("obj", shlex.join(["clrt", *given]))  # for who made a picture
+        options.setdefault("obj", _command((words or [options.get("args")])[0] or sys.argv[1:]))
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", DeviceWarning)
