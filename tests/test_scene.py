@@ -72,7 +72,7 @@ def test_is_frozen() -> None:
             r"spheres\[0\].material: expected the name of a material",
         ),
         (lambda: clrt.Scene(camera=5), "camera: expected a Camera, got 5"),
-        (lambda: clrt.Scene(CAMERA, lights=[5]), r"lights\[0\]: expected a Light, got 5"),
+        (lambda: clrt.Scene(CAMERA, lights=[5]), r"lights\[0\]: expected a light, got 5"),
         (lambda: clrt.Scene(CAMERA, spheres=7), "spheres: expected a Sphere, got 7"),
         (lambda: clrt.Scene(CAMERA, materials=[RED]), "materials: expected a dict of names and"),
         (lambda: clrt.Scene(CAMERA, materials={"a": 1}), "materials.a: expected a Material, got 1"),
