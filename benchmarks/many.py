@@ -190,15 +190,15 @@ def measure(
 
             contenders["embree"] = other
         seconds = harness.in_turn(contenders, turns)
-    features, kernels = renderer._program(scene, "float")
-    world = renderer._packed_world(scene)
+    features, kernels = used = renderer._program(scene, "float")
+    world = renderer._exposer.world(scene)
     assert features.tree
 
     def build() -> None:
         Tree(pack.tree_keys(world.spheres), renderer._queue, kernels)
 
     def fit() -> None:
-        renderer._arguments(scene, *size, features, kernels)
+        renderer._exposer.arguments(scene, *size, used, np.inf)
         renderer._queue.finish()
 
     found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}

@@ -67,7 +67,10 @@ def size(figures: Figures) -> str:
 def errors(point: Figures) -> list[str]:
     """A picture's, against both truths."""
     cells = []
-    for found in (point["exact"], point["seed"]):
+    for found in (point["exact"], point.get("seed")):
+        if found is None:
+            cells += [""] * 4
+            continue
         cells += [f"{found['max_off_flips']:.1e}", f"{found['p999']:.1e}",
                   f"{found['over_1020']:,}",
                   f"{found['flips']:,} ({found['interior_flips']:,})"]  # fmt: skip

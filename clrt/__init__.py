@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.renderer import Renderer, render
-    from clrt.scene import Animation, Camera, Key, Material, Scene
+    from clrt.scene import Animation, Camera, Film, Key, Material, Scene
     from clrt.spheres import Sphere, Spheres
 
 # Where each public name comes from. It is imported when it is first used, for the command line
@@ -45,7 +45,7 @@ _HOMES = {
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
-    "clrt.scene": ("Animation", "Camera", "Key", "Material", "Scene"),
+    "clrt.scene": ("Animation", "Camera", "Film", "Key", "Material", "Scene"),
     "clrt.spheres": ("Sphere", "Spheres"),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
 }
@@ -58,6 +58,7 @@ __all__ = [
     "DeviceError",
     "DeviceWarning",
     "DirectionalLight",
+    "Film",
     "Key",
     "Light",
     "Material",

@@ -36,13 +36,14 @@ def animate(
 
     Args:
         frames: which ones; default: all.
-        dtype: float32 or uint8, as for Renderer.render().
+        dtype: float32, uint8 or uint16, as for Renderer.render().
         renderer: default: one for the default device.
 
     To close what is returned stops at once what is under way.
 
     Yields:
-        (height, width, 3) of dtype, an array of its own each.
+        (height, width, 3) of dtype, or 4 if the scene's film is transparent, an array of its own
+        each.
 
     Raises:
         SceneError: the scene has no animation, or its camera cannot be at some frame.

@@ -4,6 +4,7 @@ import math
 import os
 import re
 import resource
+import shlex
 import sys
 import time
 import warnings
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
     from clrt.renderer import Region
+    from clrt.values import Color
 
 
 def say(text: str) -> None:
@@ -34,10 +36,22 @@ def _say_warning(message: Warning | str, category: type[Warning], *where: object
         say(f"clrt: {message}")
 
 
+def _command(words: Sequence[str]) -> str:
+    """What a picture says that made it. Not where to: the same picture is the same bytes."""
+    kept, rest = ["clrt"], iter(words)
+    for word in rest:
+        if word in ("-o", "--output"):
+            next(rest, None)
+        elif not word.startswith(("-o", "--output=")):
+            kept.append(word)
+    return shlex.join(kept)
+
+
 class Commands(click.Group):
     """Turns errors into one line on stderr and an exit status."""
 
     def main(self, *words: Any, **options: Any) -> Any:
+        options.setdefault("obj", _command((words or [options.get("args")])[0] or sys.argv[1:]))
         try:
             with warnings.catch_warnings():
                 for kind in (DeviceWarning, SceneWarning):
@@ -149,7 +163,20 @@ def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
+def _color(context: click.Context, option: click.Parameter, text: str | None) -> "Color | None":
+    """A colour's name, #rgb or #rrggbb, which are sRGB, as linear light."""
+    if text is None:
+        return None
+    from clrt.color import named
+
+    try:
+        return named(text)
+    except RequestError as error:
+        raise click.BadParameter(str(error)) from None
+
+
 @main.command()
+@click.pass_context
 @click.argument("scene", default="four-spheres")
 @click.option(
     "-o",
@@ -157,7 +184,7 @@ def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     type=click.Path(path_type=Path),
     metavar="PATH",
     help="The picture's file; default <scene>.png here. The suffix chooses the format: "
-    "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .pfm.",
+    "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .npz .pfm .exr.",
 )
 @click.option("--width", type=click.IntRange(min=1), default=3840, show_default=True, metavar="N")
 @click.option("--height", type=click.IntRange(min=1), default=2160, show_default=True, metavar="N")
@@ -181,9 +208,33 @@ def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     help="Only the columns from X0 to before X1 and rows from Y0, counted from the top, to before "
     "Y1 of the picture.",
 )
+@click.option(
+    "--background",
+    metavar="COLOR",
+    callback=_color,
+    help="A name, #rgb or #rrggbb; default: the scene's.",
+)
+@click.option("--transparent", is_flag=True, help="Alpha in place of the background.")
+@click.option(
+    "--transfer",
+    type=click.Choice(["linear", "srgb"]),
+    help="The curve of 8 and 16 bits; default: the scene's.",
+)
+@click.option(
+    "--passes",
+    metavar="NAMES",
+    help="Some of depth,normal,id beside the picture, for .npz and .exr.",
+)
+@click.option(
+    "--bits",
+    type=click.Choice(["8", "16"]),
+    callback=lambda context, option, text: text and int(text),
+    help="Of a channel; 16 for .png and .tif. Default: 8, or the format's float32.",
+)
 @rendering_options
 @click.option("-v", "--verbose", is_flag=True, help="Say where time and memory go.")
 def render(
+    context: click.Context,
     scene: str,
     output: Path | None,
     width: int,
@@ -191,6 +242,11 @@ def render(
     max_depth: int | None,
     shadow_bias: float | None,
     region: "Region | None",
+    background: "Color | None",
+    transparent: bool,
+    transfer: str | None,
+    passes: str | None,
+    bits: int | None,
     precision: Any,
     lanes: int | None,
     device: str | None,
@@ -206,37 +262,46 @@ def render(
       clrt render first-result -o small.jpg --width 480 --height 270
       clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
       clrt render -o left.png --region 0 0 1920 2160
+      clrt render my.toml -o cut-out.png --transparent --transfer srgb
+      clrt render my.toml -o all.exr --passes depth,normal,id
     """
     started = time.perf_counter()
     from msgspec.structs import replace
 
-    from clrt.files.image import check_apart, check_output, film_dtype, save
+    from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
     from clrt.files.scenefile import load_scene
     from clrt.opencl.device import label
-    from clrt.renderer import Renderer, check_region, check_size
+    from clrt.renderer import Renderer, check_passes, check_region, check_size
 
     output = output or Path(f"{Path(scene).stem}.png")
     left, top, right, bottom = check_region(region, *check_size(width, height))
-    check_output(output, right - left, bottom - top)
+    names = None if passes is None else check_passes(passes.split(","))
+    check_suffix(output)
     check_apart(output, Path(scene))
     loaded = load_scene(scene)
-    changes = {"max_depth": max_depth, "shadow_bias": shadow_bias}
+    changes: dict[str, Any] = {"max_depth": max_depth, "shadow_bias": shadow_bias}
+    look = {"background": background, "transfer": transfer, "transparent": transparent or None}
     try:
+        changes["film"] = replace(loaded.film, **{k: v for k, v in look.items() if v is not None})
         loaded = replace(loaded, **{key: v for key, v in changes.items() if v is not None})
     except ValueError as error:
         raise RequestError(str(error)) from None
+    alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
+    size = right - left, bottom - top
+    check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
     ready = time.perf_counter()
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         if verbose:
             say(f"{label(renderer.device)}, {renderer.lanes} lanes, {precision}")
-        renderer.prepare(loaded, film_dtype(output))
+        renderer.prepare(loaded, dtype, passes=names)
         compiled = time.perf_counter()
         with Progress(bottom - top, quiet) as progress:
-            film = renderer.render(
+            film, found = renderer.render(
                 loaded,
                 width,
                 height,
-                dtype=film_dtype(output),
+                dtype=dtype,
+                passes=names or (),
                 region=region,
                 progress=progress.add,
             )
@@ -247,13 +312,12 @@ def render(
                 f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
                 f"alone {renderer.kernel_seconds:.4f} s)"
             )
-    save(output, film)
+    save(output, film, passes=found, transfer=loaded.film.transfer, command=context.obj)
     if verbose:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
         say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")
     if not quiet:
-        size = f"{right - left}x{bottom - top}"
-        say(f"{output}: {size}, rendered in {rendered - compiled:.3f} s")
+        say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
 
 
 def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:
@@ -362,7 +426,8 @@ def animate(
     pattern = video.is_pattern(output)
     if resume and not pattern:
         raise RequestError("--resume: expected an output with ####: a video is made in one go")
-    video.check_output(output, width, height, len(chosen), moves.fps)
+    alpha = loaded.film.transparent
+    video.check_output(output, width, height, len(chosen), moves.fps, alpha=alpha)
     image.check_apart(output, Path(scene))
     skipped = 0
     if resume:
@@ -380,8 +445,10 @@ def animate(
             tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
         ):
             if pattern:
+                # They do not say which command: by any one they are the same.
                 for k, frame in zip(chosen, bar, strict=True):
-                    image.save(video.numbered(output, k), frame)
+                    name, transfer = video.numbered(output, k), loaded.film.transfer
+                    image.save(name, frame, transfer=transfer)
             else:
                 video.save(output, bar, moves.fps, crf)
     if not quiet:
@@ -468,12 +535,15 @@ def compare(a: Path, b: Path, heatmap: Path | None) -> None:
 
     first, second = image.load(a), image.load(b)
     advice = "compare parts of them"
-    memory.require(80 * first[..., 0].size, f"to compare {a} with {b}", advice)  # measured
+    memory.require(27 * first.size, f"to compare {a} with {b}", advice)  # measured
     if heatmap is not None:
         image.check_output(heatmap, first.shape[1], first.shape[0])
         for picture in (a, b):
             image.check_apart(heatmap, picture)
     found = metrics.difference(first, second)
+    curves = {image.is_srgb(picture): picture for picture in (a, b)}
+    if {True, False} <= curves.keys():
+        say(f"clrt: {curves[True]} is sRGB and {curves[False]} is not: compared as they are")
     click.echo(
         f"pixels   {found.pixels}\n"
         f"max      {found.max:.3e}\n"

@@ -18,7 +18,7 @@ QUARTER_STEP = 1 / 1020
 class Difference:
     """Error figures of a picture against another, over colours clipped to [0, 1].
 
-    A pixel's error is the largest of its three channels'.
+    A pixel's error is the largest of its channels'.
     """
 
     pixels: int
@@ -42,10 +42,16 @@ class Difference:
 
 
 def pixel_error(a: Array, b: Array) -> NDArray[np.float64]:
-    """Each pixel's error: (height, width) from two pictures (height, width, 3) of [0, 1].
+    """Each pixel's error: (height, width) from two pictures (height, width, 3) of [0, 1], or 4 with
+    alpha, premultiplied.
 
     NaN counts as the largest error, 1.
+
+    Raises:
+        RequestError: they differ in size, or one has alpha.
     """
+    if a.shape[:2] == b.shape[:2] and a.shape[2] != b.shape[2]:
+        raise RequestError("one of the pictures has alpha, the other has not")
     if a.shape != b.shape:
         raise RequestError(f"the pictures differ in size: {_size(a)} and {_size(b)}")
     worst: NDArray[np.float64] = abs(_clipped(a) - _clipped(b)).max(axis=2)
@@ -55,7 +61,7 @@ def pixel_error(a: Array, b: Array) -> NDArray[np.float64]:
 def difference(
     a: Array, b: Array, paths_a: Array | None = None, paths_b: Array | None = None
 ) -> Difference:
-    """The error figures of picture `a` against picture `b`, both (height, width, 3).
+    """The error figures of picture `a` against picture `b`, both (height, width, 3 or 4).
 
     paths_a, paths_b: (height, width), as from Renderer.paths() and reference.trace(). Without them
     flips are told by the error and edges by the colours of `b`.
@@ -65,7 +71,8 @@ def difference(
     p50, p99, p999 = np.percentile(error, (50, 99, 99.9))
     if paths_a is None or paths_b is None:
         flips = error > QUARTER_STEP
-        interior = ~edges(np.rint(32 * _clipped(b)).astype(np.int64) @ [1, 64, 4096])
+        steps = np.rint(32 * _clipped(b)).astype(np.int64)
+        interior = ~edges(steps @ 64 ** np.arange(b.shape[2]))
     else:
         flips = paths_a != paths_b
         interior = ~edges(paths_b)

@@ -29,12 +29,16 @@ PRECISIONS: dict[Precision, Real] = {
     "double": np.float64,
 }
 LANES = (1, 2, 4, 8, 16)
-Film: TypeAlias = Literal["float", "bytes", "paths"]
-FILMS: dict[Film, type[np.generic]] = {
-    "float": np.float32,
-    "bytes": np.uint8,
-    "paths": np.uint32,
+FilmKind: TypeAlias = Literal["float", "bytes", "alpha", "passes", "paths"]
+PASSES = np.dtype([("depth", np.float32), ("normal", np.float32, 3), ("id", np.int32)])
+FILMS: dict[FilmKind, tuple[np.dtype[Any], int]] = {
+    "float": (np.dtype(np.float32), 3),
+    "bytes": (np.dtype(np.uint8), 3),
+    "alpha": (np.dtype(np.float32), 4),
+    "passes": (PASSES, 1),
+    "paths": (np.dtype(np.uint32), 1),
 }
+"""What the kernel stores for each pixel: of what dtype, and how many (film.cl)."""
 
 
 class Features(msgspec.Struct, frozen=True):
@@ -45,7 +49,7 @@ class Features(msgspec.Struct, frozen=True):
 
     lanes: int
     precision: Precision
-    film: Film
+    film: FilmKind
     reflection: bool = False
     """A path can go on after its first hit."""
     orthographic: bool = False
@@ -69,6 +73,8 @@ class Features(msgspec.Struct, frozen=True):
     """How many transparent spheres a ray can be inside of at once; 0: there are none."""
     split: bool = False
     """A surface mirrors and transmits."""
+    background: bool = False
+    """Rays that leave the scene after a mirror see something there."""
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -82,8 +88,7 @@ class Features(msgspec.Struct, frozen=True):
         known = {
             "DOUBLE": self.precision == "double",
             "LITERAL": self.precision == "literal",
-            "FILM_BYTES": self.film == "bytes",
-            "FILM_PATHS": self.film == "paths",
+            **{f"FILM_{film.upper()}": self.film == film for film in FILMS if film != "float"},
             **{name.upper(): getattr(self, name) for name in USES},
         }
         return [
@@ -119,12 +124,13 @@ MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
 Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 COLORS = ("ambient", "diffuse", "specular")
+AXES = ("right", "up", "back")
 
 
-def camera_dtype(real: Real, tree: bool = False) -> np.dtype[Any]:
+def camera_dtype(real: Real) -> np.dtype[Any]:
     fields = [("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)]
-    axes = [(axis, real, 3) for axis in ("right", "up", "back")]
-    return np.dtype(fields + axes * tree, align=True)
+    axes = [(axis, real, 3) for axis in AXES]
+    return np.dtype([*fields, *axes, ("unit", real)], align=True)
 
 
 def glass_dtype(real: Real) -> np.dtype[Any]:
@@ -304,7 +310,18 @@ def _encloses(center: Array, radius: Array, lights: Sequence[Shining]) -> Array:
     return inside
 
 
-def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
+def _goes_on(world: World, scene: Scene) -> bool:
+    """Whether a path can go on after its first hit."""
+    used = world.materials.values()
+    return scene.max_depth > 1 and any(m.reflection > 0 or m.transmission > 0 for m in used)
+
+
+def _shows_background(world: World, scene: Scene) -> bool:
+    """Elsewhere than where the camera sees it directly: clrt.film adds it there."""
+    return any(scene.film.background) and _goes_on(world, scene)
+
+
+def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features:
     """What the program of a scene must have.
 
     Raises:
@@ -313,13 +330,12 @@ def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
     if world.nest and world.precision == "literal":
         raise RequestError("precision: literal knows no transmission, expected robust or double")
     used = world.materials.values()
-    goes_on = any(material.reflection > 0 or material.transmission > 0 for material in used)
     within = len(_media(world, scene.camera)) > 0
     return Features(
         lanes,
         world.precision,
         film,
-        reflection=scene.max_depth > 1 and goes_on,
+        reflection=_goes_on(world, scene),
         orthographic=scene.camera.orthographic,
         # From inside glass its far side is seen, however near it is.
         long_lens=lens.is_long(scene.camera) and world.precision != "literal" and not within,
@@ -332,6 +348,7 @@ def features(world: World, scene: Scene, lanes: int, film: Film) -> Features:
         phong=any(material.highlight == "phong" for material in used),
         nest=world.nest,
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
+        background=_shows_background(world, scene),
     )
 
 
@@ -403,13 +420,16 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
-    camera = np.zeros(1, camera_dtype(real, world.tree))
+    camera = np.zeros(1, camera_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         if scene.camera.orthographic:
             screen = scale * np.minimum(screen, MAX_DISTANCE * extent)
         camera["step"] = screen / camera["last"]
         camera["eye"] = scale * moved(eye.reshape(1, 3))
+        camera["unit"] = np.minimum(1 / scale, np.finfo(real).max)
+        for axis, vector in zip(AXES, basis, strict=True):
+            camera[axis] = vector
         lights = _pack_lights(world.shining, origin, turn, scale, extent, real)
         spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal, world.nest > 0)
         spheres["screen_bounds"] = lens.bounds(scene.camera, scale * center, scale * radius)
@@ -435,6 +455,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "shades": world.shades,
         "encloses": _encloses(*chosen, world.shining),
     }
+    if _shows_background(world, scene):
+        found["background"] = np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real)
     if world.colors is not None:
         found["sphere_colors"] = world.colors
     if world.nest:
@@ -442,8 +464,6 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         around[: len(media)] = media[: world.nest]
         found |= {"around": around, "lost": None}
     if world.tree:
-        for axis, vector in zip(("right", "up", "back"), basis, strict=True):
-            camera[axis] = vector
         beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
         beads[listed, 3] = beads[world.gone, 3] = np.nan
         found |= {

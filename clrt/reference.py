@@ -16,7 +16,7 @@ shape (3, n), one column a ray.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -40,12 +40,22 @@ class Trace:
     """A picture and how it came about."""
 
     image: Array
-    """(height, width, 3), or (n, 3) of n pixels; linear, not clipped."""
+    """(height, width, 3), or (n, 3) of n pixels; linear, not clipped, before the scene's background
+    unless its film is transparent. Nothing else of its film is in it."""
     paths: NDArray[np.uint32]
     """(height, width), or (n,). A hash of the spheres that a pixel's path hits and of the lights
     that reach each hit: where two differ the paths have parted (a flip)."""
     rays: int
     """How many were cast: from the camera, to lights, reflected."""
+    alpha: Array
+    """(height, width), or (n,), as the following: 1 where the camera sees a sphere, else 0."""
+    depth: Array
+    """How far along the camera's ray, world units; infinity where it meets none. Of an orthographic
+    camera from the plane that it stands on, and negative behind it."""
+    normal: Array
+    """(height, width, 3): outwards, of unit length, in world space; 0 where there is none."""
+    id: NDArray[np.int32]
+    """The index of the sphere; -1 where there is none."""
 
 
 def render(
@@ -96,13 +106,36 @@ def trace(
         grid_y, grid_x = y[places[:, 0]], x[places[:, 1]]
         shape = (len(places),)
     grid_y, grid_x = grid_y.ravel(), grid_x.ravel()
-    image = np.zeros((grid_x.size, 3), tracer.dtype)
-    paths = np.zeros(grid_x.size, np.uint32)
-    for start in range(0, grid_x.size, CHUNK_PIXELS):
+    n = grid_x.size
+    image, normal = np.zeros((n, 3), tracer.dtype), np.zeros((n, 3), tracer.dtype)
+    paths, sphere = np.zeros(n, np.uint32), np.full(n, -1, np.int32)
+    depth = np.full(n, np.inf, tracer.dtype)
+    for start in range(0, n, CHUNK_PIXELS):
         chunk = slice(start, start + CHUNK_PIXELS)
-        color, paths[chunk] = tracer.trace(grid_x[chunk], grid_y[chunk])
+        first = _First(sphere[chunk], depth[chunk], normal[chunk].T)
+        color, paths[chunk] = tracer.trace(grid_x[chunk], grid_y[chunk], first)
         image[chunk] = color.T
-    return Trace(image.reshape(*shape, 3), paths.reshape(shape), tracer.rays)
+    alpha = (sphere >= 0).astype(tracer.dtype)
+    if not scene.film.transparent:
+        image += (1 - alpha)[:, np.newaxis] * np.array(scene.film.background, tracer.dtype)
+    return Trace(
+        image.reshape(*shape, 3),
+        paths.reshape(shape),
+        tracer.rays,
+        alpha.reshape(shape),
+        depth.reshape(shape),
+        normal.reshape(*shape, 3),
+        sphere.reshape(shape),
+    )
+
+
+class _First(NamedTuple):
+    """What camera rays meet first, to be filled in."""
+
+    sphere: Array
+    depth: Array
+    normal: Array
+    """(3, n)"""
 
 
 def _screen(camera: Camera, width: int, height: int, dtype: np.dtype[Any]) -> tuple[Array, Array]:
@@ -195,6 +228,7 @@ class _Tracer:
         self.fresnel = np.array([m.fresnel for m in materials], bool)
         self.panes = np.flatnonzero(self.transmission[self.material] > 0)
         self.size = np.argsort(np.argsort(self.radius[self.panes], kind="stable"))
+        self.background = self._column(scene.film.background)
         self.color = None if spheres.color is None else spheres.color.astype(dtype).T
 
     def _column(self, v: tuple[float, float, float]) -> Array:
@@ -265,25 +299,33 @@ class _Tracer:
             left *= np.where(enters, part, self.dtype.type(1)).prod(axis=1)
         return left
 
-    def trace(self, x: Array, y: Array) -> tuple[Array, NDArray[np.uint32]]:
+    def trace(self, x: Array, y: Array, first: _First) -> tuple[Array, NDArray[np.uint32]]:
         """Colours (3, n) and paths (n,) of the pixels at x, y on the screen (11.11)."""
         color = np.zeros((3, x.size), self.dtype)
         path = np.zeros(x.size, np.uint32)
         todo = [self.first(x, y)]
         while todo:
-            todo += self.segment(todo.pop(), color, path)
+            todo += self.segment(todo.pop(), color, path, first)
         return color, path
 
-    def segment(self, rays: _Rays, color: Array, path: NDArray[np.uint32]) -> list[_Rays]:
+    def segment(
+        self, rays: _Rays, color: Array, path: NDArray[np.uint32], first: _First
+    ) -> list[_Rays]:
         """Adds what some rays meet to colours and paths. Returns those that go on from there."""
         hit, distance = self.nearest(rays)
-        path[rays.pixel[hit < 0]] += rays.path[hit < 0]
+        gone = hit < 0
+        path[rays.pixel[gone]] += rays.path[gone]
+        if rays.bounce > 0:  # what the camera sees directly is added where alpha is known
+            color[:, rays.pixel[gone]] += rays.weight[gone] * self.background
         rays, distance, hit = rays.only(hit >= 0), distance[hit >= 0], hit[hit >= 0]
         if hit.size == 0:
             return []
         point = rays.origin + distance * rays.direction
         normal = _unit(point - self.center[:, hit])
         lifted = point + self.bias * normal
+        if rays.bounce == 0:
+            first.sphere[rays.pixel], first.normal[:, rays.pixel] = hit, normal
+            first.depth[rays.pixel] = _dot(point - self.camera, rays.direction)
         rays.path = rays.path * PRIME + (hit + 1).astype(np.uint32)
         # A far side is not shaded.
         of_hit = self.panes == hit[:, np.newaxis]

@@ -3,33 +3,44 @@
 import operator
 import threading
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, overload
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import glass, memory, pack
-from clrt.errors import DeviceError, DeviceWarning, RequestError, SceneWarning
+from clrt import film, pack
+from clrt.errors import DeviceError, DeviceWarning, RequestError
+from clrt.exposer import Exposer, Program
 from clrt.files.scenefile import as_scene
-from clrt.opencl import bands, pocl, program
+from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
-from clrt.opencl.tree import Tree
-from clrt.pack import LANES, PRECISIONS, Features, Film, Precision
-from clrt.scene import Scene
+from clrt.pack import LANES, PRECISIONS, Features, FilmKind, Precision
+from clrt.scene import Film, Scene
 
 if TYPE_CHECKING:
     import pyopencl as cl
 
 Region: TypeAlias = tuple[int, int, int, int]
+Array: TypeAlias = NDArray[Any]
+Passes: TypeAlias = dict[str, Array]
 MAX_SIDE = 1 << 24  # pixels of a row or a column that float32 can number
 
 
-class Renderer:
+class Options(TypedDict, total=False):
+    """What render() takes beside a scene, a size and passes."""
+
+    dtype: DTypeLike | None
+    region: Region | None
+    alpha: bool | None
+    out: Array | None
+    progress: Callable[[int], object] | None
+
+
+class Renderer(AbstractContextManager["Renderer"]):
     """Renders scenes on one device, keeping what was compiled.
 
     Threads can share one, which renders one picture at a time, or have one each.
@@ -78,32 +89,19 @@ class Renderer:
                 self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
-        self._world: pack.World | None = None
-        self._tree: Tree | None = None
-        self._moved = False  # since the tree was built its spheres have been exchanged for others
-        self._films = memory.Films()
+        self._exposer = Exposer(self._queue, precision)
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
-        """How long the kernel ran for the last picture, by the device's own clock."""
+        """How long kernels ran for the last picture, by the device's own clock."""
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
         """Waits for the device and lets go of it."""
         with self._lock:
-            self._queue.finish()
+            self._exposer.close()
             self._programs.clear()
-            self._world = self._tree = None
-            self._films = memory.Films()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -115,6 +113,28 @@ class Renderer:
         except cl.Error as error:
             raise DeviceError(f"{label(self.device)} cannot do this: {error}") from None
 
+    @overload
+    def render(
+        self,
+        scene: Scene | str | Path,
+        width: int,
+        height: int,
+        *,
+        passes: None = None,
+        **options: Unpack[Options],
+    ) -> Array: ...
+
+    @overload
+    def render(
+        self,
+        scene: Scene | str | Path,
+        width: int,
+        height: int,
+        *,
+        passes: Sequence[str],
+        **options: Unpack[Options],
+    ) -> tuple[Array, Passes]: ...
+
     def render(
         self,
         scene: Scene | str | Path,
@@ -123,141 +143,128 @@ class Renderer:
         *,
         dtype: DTypeLike | None = None,
         region: Region | None = None,
-        out: NDArray[Any] | None = None,
+        alpha: bool | None = None,
+        passes: Sequence[str] | None = None,
+        out: Array | None = None,
         progress: Callable[[int], object] | None = None,
-    ) -> NDArray[Any]:
+    ) -> Array | tuple[Array, Passes]:
         """Renders a picture.
 
         Args:
             scene: a scene, or what load_scene() takes.
             width, height: of the whole picture, pixels.
-            dtype: float32, the default, gives linear colours, not clipped; uint8 gives
-                round(255 c) of them, clipped to [0, 1].
+            dtype: float32, the default, gives linear colours, not clipped; uint8 and uint16 give
+                colours clipped to [0, 1] on the curve of the scene's film, times 255 or 65535,
+                rounded.
             region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
                 y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
-            out: a film to fill, of the shape that is returned, float32 or uint8, of any strides.
+            alpha: whether the picture has a fourth channel in place of the background: how much of
+                a pixel shows a sphere. Floats are then premultiplied, integers straight. Default:
+                if `out` has four channels, or the scene's film is transparent.
+            passes: which of "depth", "normal" and "id" are wanted beside it, at the pixels' middle.
+            out: a film to fill, of the shape that is returned, float32, uint8 or uint16, of any
+                strides.
             progress: called with the number of rows just finished. It may raise, which ends the
                 picture.
 
         Returns:
-            (height, width, 3) of dtype, or (y1 - y0, x1 - x0, 3): `out`, or an array of the
-            caller's own, whose memory is taken again when nobody has a reference to it any more.
+            (height, width, 3 or 4) of dtype, or (y1 - y0, x1 - x0, 3 or 4): `out`, or an array of
+            the caller's own, whose memory is taken again when nobody has a reference to it any
+            more. With passes, that and a dict of them: "depth" (height, width) float32, world units
+            along the ray, infinity where there is nothing; "normal" (height, width, 3) float32,
+            outwards in the world, 0 where there is none; "id" (height, width) int32, the index of
+            the sphere, -1 where there is none.
 
         Raises:
-            RequestError: there is no such scene, size, region or dtype, or `out` is not so.
+            RequestError: there is no such scene, size, region, dtype or pass, or `out` is not so.
             OutputError: the film does not fit into memory.
             DeviceError: the device fails.
         """
         check_process()
         scene = as_scene(scene)
+        pixel, names = film_dtype(dtype, out), check_passes(passes)
+        if alpha is None:
+            alpha = scene.film.transparent or (out is not None and out.shape[2:] == (4,))
         with self._lock, self._errors():
-            return self._film(
-                scene, (width, height), 3, film_kind(dtype, out), region, out, progress
+            image, found = self._picture(
+                scene, (width, height), pixel, bool(alpha), names, region, out, progress
             )
+        return image if names is None else (image, found)
 
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
         check_process()
         with self._lock, self._errors():
-            return self._film(scene, (width, height), 1, "paths")[..., 0]
+            box = 0, 0, *check_size(width, height)
+            used = self._program(scene, "paths")
+            arguments = self._exposer.arguments(scene, width, height, used, self.kernel_seconds)
+            exposed, self.kernel_seconds = self._exposer.exposed(used, arguments, box)
+            return exposed[..., 0]
 
-    def _film(
+    def _picture(
         self,
         scene: Scene,
         size: tuple[int, int],
-        channels: int,
-        kind: Film,
-        region: Region | None = None,
-        out: NDArray[Any] | None = None,
-        progress: Callable[[int], object] | None = None,
-    ) -> NDArray[Any]:
+        dtype: np.dtype[Any],
+        alpha: bool,
+        names: Sequence[str] | None,
+        region: Region | None,
+        out: Array | None,
+        progress: Callable[[int], object] | None,
+    ) -> tuple[Array, Passes]:
         width, height = check_size(*size)
-        left, top, right, bottom = check_region(region, width, height)
-        wanted = bottom - top, right - left, channels
-        if out is not None and (out.shape != wanted or not out.flags.writeable):
-            raise RequestError(f"out: expected a writeable array of {wanted}, got {out.shape}")
-        features, kernels = self._program(scene, kind)
-        arguments = self._arguments(scene, width, height, features, kernels)
-        # From the packet on that `left` is in: so every packet is one of the whole picture's.
-        columns, _ = features.packet
-        first = left // columns * columns
-        shape = bottom - top, right - first, channels
-        if out is not None and out.flags.c_contiguous and shape == wanted:
-            film = out
+        box = left, top, right, bottom = check_region(region, width, height)
+        shape = bottom - top, right - left, 3 + alpha
+        if out is not None and (out.shape != shape or not out.flags.writeable):
+            raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
+        kinds = exposures(scene.film, dtype, alpha, names)
+        programs = {kind: self._program(scene, kind) for kind in kinds}
+        own = programs[kinds[0]]
+        arguments = self._exposer.arguments(scene, width, height, own, self.kernel_seconds)
+        expose, seconds, found, seen = self._exposer.exposed, 0.0, {}, None
+        if "passes" in programs:
+            margin = film.halo(scene.film)
+            x0, y0 = max(left - margin, 0), max(top - margin, 0)
+            around = x0, y0, min(right + margin, width), min(bottom + margin, height)
+            inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
+            quiet = None if progress is None else lambda rows: progress(0)
+            used = programs["passes"]
+            looks, seconds = expose(used, arguments, around, use="passes", progress=quiet)
+            looks = looks[..., 0]
+            found = {name: looks[inside][name].copy() for name in names or ()}
+            radius = self._exposer.world(scene).spheres.radius
+            seen = film.Seen(looks["id"], looks["depth"], radius, inside)
+        if film.has_steps(scene.film, dtype, alpha):
+            exposed, more = expose(own, arguments, box, use="exposed", progress=progress)
+            image = self._exposer.blank(shape, dtype) if out is None else out
+            film.develop(exposed, scene.film, image, seen)
         else:
-            film = self._films.film(shape, np.dtype(pack.FILMS[kind]))
-        if features.nest:
-            arguments["lost"] = np.zeros(2, np.int32)
-        self.kernel_seconds = bands.fill(
-            film,
-            (first, top),
-            features.packet,
-            self._queue,
-            kernels["render"],
-            arguments,
-            progress,
-        )
-        if features.nest:
-            _say_lost(arguments["lost"])
-        if film is out:
-            return out
-        if out is not None:
-            out[...] = film[:, left - first :]
-            return out
-        if left == first:
-            return film
-        # The columns before `left` are dropped where the film is: it may be as large as memory.
-        flat, length = film.reshape(-1), channels * (right - left)
-        for i, row in enumerate(film):
-            flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
-        return flat[: len(film) * length].reshape(wanted)
+            image, more = expose(own, arguments, box, out=out, progress=progress)
+        self.kernel_seconds = seconds + more
+        return image, found
 
-    def _arguments(
+    def prepare(
         self,
         scene: Scene,
-        width: int,
-        height: int,
-        features: Features,
-        kernels: "dict[str, cl.Kernel]",
-    ) -> dict[str, Any]:
-        world = self._packed_world(scene)
-        arguments = pack.arguments(world, scene, width, height)
-        if not features.tree:
-            return arguments
-        beads, fitted = arguments["beads"], None
-        if self._moved and self._tree is not None:
-            # As many spheres elsewhere: their order is kept if the picture is there sooner so.
-            fitted = self._tree.fit(beads, kernels)
-            loose = self._tree.looseness()
-            # The picture before may have been a small one, hence the bound.
-            if loose > 2 or self.kernel_seconds * (loose - 1) > self._tree.build_seconds:
-                self._tree = fitted = None
-            self._moved = False
-        if self._tree is None:
-            self._tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
-        return arguments | (fitted or self._tree.fit(beads, kernels))
-
-    def prepare(self, scene: Scene, dtype: DTypeLike | None = None) -> None:
+        dtype: DTypeLike | None = None,
+        *,
+        alpha: bool | None = None,
+        passes: Sequence[str] | None = None,
+    ) -> None:
         """Compiles what render() will need for such a scene, if it is not compiled yet."""
         check_process()
+        alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
-            self._program(scene, film_kind(dtype))
+            for kind in exposures(scene.film, film_dtype(dtype), alpha, check_passes(passes)):
+                self._program(scene, kind)
 
-    def _packed_world(self, scene: Scene) -> pack.World:
-        """What is packed of a scene while only its camera changes."""
-        if self._world is None or not self._world.is_of(scene):
-            before, self._world = self._world, pack.pack_world(scene, self.precision)
-            if before is None or len(before.spheres) != len(self._world.spheres):
-                self._tree = None  # else its order may still do: see _arguments()
-            self._moved = self._tree is not None
-        return self._world
-
-    def _program(self, scene: Scene, film: Film) -> "tuple[Features, dict[str, cl.Kernel]]":
+    def _program(self, scene: Scene, kind: FilmKind) -> Program:
         """The program for a scene; if none of so many lanes works, one of fewer."""
-        needed = pack.features(self._packed_world(scene), scene, self.lanes, film)
+        needed = pack.features(self._exposer.world(scene), scene, self.lanes, kind)
         while needed not in self._programs:
             try:
-                self._programs[needed] = program.kernels(self._made(needed))
+                made = _made(self._context, self.device, needed)
+                self._programs[needed] = program.kernels(made)
             except DeviceError as error:
                 narrower = [n for n in LANES if n < self.lanes]
                 if not narrower:
@@ -271,42 +278,25 @@ class Renderer:
         message = f"{label(self.device)}: {before} lanes cannot be used, {lanes} are: {why}"
         warnings.warn(message, DeviceWarning, stacklevel=2)
 
-    def _made(self, needed: Features) -> "cl.Program":
-        """From the cache; else it is compiled, tried and kept.
 
-        Raises:
-            DeviceError: it has not passed its trial.
-        """
-        import pyopencl as cl
+def _made(context: "cl.Context", device: "cl.Device", needed: Features) -> "cl.Program":
+    """From the cache; else it is compiled, tried and kept.
 
-        source = program.kernel_source()
-        path = program.cache_path(self.device, source, needed.options)
-        if (binary := program.kept(path)) is not None:
-            with suppress(cl.Error):  # it is refused, as by another build of the same version
-                return program.loaded(self._context, self.device, binary)
-        from clrt import trial
+    Raises:
+        DeviceError: it has not passed its trial.
+    """
+    import pyopencl as cl
 
-        binary = trial.tried(self.device, source, needed)
-        program.keep(path, binary)
-        return program.loaded(self._context, self.device, binary)
+    source = program.kernel_source()
+    path = program.cache_path(device, source, needed.options)
+    if (binary := program.kept(path)) is not None:
+        with suppress(cl.Error):  # it is refused, as by another build of the same version
+            return program.loaded(context, device, binary)
+    from clrt import trial
 
-
-def _say_lost(lost: NDArray[np.int32]) -> None:
-    """Warns of rays that the kernel had no room for."""
-    if lost[0]:
-        warnings.warn(
-            f"in {lost[0]} packets of rays some were inside of more than {glass.MOST} transparent "
-            "spheres at once: of the largest they have not seen the far side",
-            SceneWarning,
-            stacklevel=2,
-        )
-    if lost[1]:
-        warnings.warn(
-            f"in {lost[1]} packets of rays some were mirrored and transmitted too often: "
-            "take a smaller max_depth",
-            SceneWarning,
-            stacklevel=2,
-        )
+    binary = trial.tried(device, source, needed)
+    program.keep(path, binary)
+    return program.loaded(context, device, binary)
 
 
 def default_lanes(device: "cl.Device") -> int:
@@ -317,8 +307,17 @@ def default_lanes(device: "cl.Device") -> int:
     return max(LANES) if device.type & cl.device_type.CPU else 1
 
 
-def film_kind(dtype: DTypeLike | None, out: NDArray[Any] | None = None) -> Film:
-    """The kind of film whose pixels are float32, the default, or uint8.
+def exposures(
+    look: Film, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
+) -> list[FilmKind]:
+    """The films that kernels must make for a picture, its own first."""
+    plain: FilmKind = "float" if dtype == np.float32 else "bytes"
+    own: FilmKind = "alpha" if alpha or film.has_steps(look, dtype, alpha) else plain
+    return [own, "passes"] if passes or film.needs_passes(look) else [own]
+
+
+def film_dtype(dtype: DTypeLike | None, out: Array | None = None) -> np.dtype[Any]:
+    """What a picture's pixels are: float32, the default, uint8 or uint16.
 
     Raises:
         RequestError: they are neither, or are not those of `out`.
@@ -333,11 +332,26 @@ def film_kind(dtype: DTypeLike | None, out: NDArray[Any] | None = None) -> Film:
         if dtype is not None and wanted != out.dtype:
             raise RequestError(f"dtype: expected that of out, {out.dtype}, got {dtype!r}")
         wanted = out.dtype
-    for film in ("float", "bytes"):
-        if wanted == pack.FILMS[film]:
-            return film
-    got = wanted if dtype is None else repr(dtype)
-    raise RequestError(f"dtype: expected float32 or uint8, got {got}")
+    if wanted not in (np.float32, np.uint8, np.uint16):
+        got = wanted if dtype is None else repr(dtype)
+        raise RequestError(f"dtype: expected float32, uint8 or uint16, got {got}")
+    return wanted
+
+
+def check_passes(passes: Sequence[str] | None) -> Sequence[str] | None:
+    """Names of passes, each once; None stays so.
+
+    Raises:
+        RequestError: there is no such pass.
+    """
+    if passes is None:
+        return None
+    known = pack.PASSES.names or ()
+    wanted = [passes] if isinstance(passes, str) else list(passes)
+    for name in wanted:
+        if name not in known:
+            raise RequestError(f"passes: expected some of {', '.join(known)}, got {name!r}")
+    return list(dict.fromkeys(wanted))
 
 
 def check_size(width: int, height: int) -> tuple[int, int]:
@@ -382,14 +396,15 @@ def render(
     *,
     dtype: DTypeLike | None = None,
     region: Region | None = None,
+    alpha: bool | None = None,
     precision: Precision = "robust",
     lanes: int | None = None,
     device: "str | cl.Device | None" = None,
     threads: int | None = None,
-) -> NDArray[Any]:
+) -> Array:
     """Renders one picture, see Renderer and its render().
 
-    For more than one picture keep a Renderer, which compiles once.
+    For more than one picture, or for passes, keep a Renderer, which compiles once.
     """
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
-        return renderer.render(scene, width, height, dtype=dtype, region=region)
+        return renderer.render(scene, width, height, dtype=dtype, region=region, alpha=alpha)

@@ -156,6 +156,43 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             before = key.frame
 
 
+OUTLINE = 100.0
+"""The widest, in pixels: a region is rendered with a margin of half as many."""
+
+
+class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What becomes of the light that a picture has gathered: clrt.film has the steps."""
+
+    background: Color = (0.0, 0.0, 0.0)
+    """What every ray of the camera's sees that leaves the scene, after mirrors as well."""
+    transparent: bool = False
+    """The picture has alpha in place of the background."""
+    transfer: Literal["linear", "srgb"] = "linear"
+    """The curve of integer films and files; floats are linear."""
+    outline: float = 0.0
+    """The width of a line around what stands before something else, pixels; 0 draws none."""
+    outline_color: Color = (0.0, 0.0, 0.0)
+    depth_cue: tuple[float, float] = (0.0, 0.0)
+    """From the first depth to the second, world units, colours go over into the background. Two
+    zeros: they do not."""
+
+    def __post_init__(self) -> None:
+        vectors(self, "background", "outline_color")
+        good = isinstance(self.transparent, bool)
+        require(good, "transparent", "true or false", self.transparent)
+        good = self.transfer in ("linear", "srgb")
+        require(good, "transfer", "'linear' or 'srgb'", self.transfer)
+        expected = f"a number from 0 to {OUTLINE:g}"
+        number(self, "outline", expected, lambda width: 0 <= width <= OUTLINE)
+        try:
+            near, far = map(float, self.depth_cue)
+            good = math.isfinite(near) and math.isfinite(far) and (near < far or near == far == 0)
+        except (TypeError, ValueError, OverflowError):
+            good = False
+        require(good, "depth_cue", "two finite numbers, the first one less", self.depth_cue)
+        force_setattr(self, "depth_cue", (near, far))
+
+
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything that a picture depends on but its size."""
 
@@ -169,6 +206,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     shadow_bias: float = 0.0
     """World units that a hit point is lifted off its surface; 0 is the exact geometry."""
     animation: Animation | None = None
+    film: Film = Film()
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
@@ -180,6 +218,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(good, f"materials.{name}", "a Material", material)
         good = self.animation is None or isinstance(self.animation, Animation)
         require(good, "animation", "an Animation", self.animation)
+        require(isinstance(self.film, Film), "film", "a Film", self.film)
         count(self, "max_depth", 1, MAX_DEPTH)
         number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
         if isinstance(self.spheres, Spheres):

@@ -27,7 +27,7 @@ from clrt.light import AmbientLight, Light, LightKind, SpotLight
 from clrt.opencl import bands, program
 from clrt.opencl.device import devices, identity
 from clrt.opencl.tree import Tree
-from clrt.scene import Camera, Material, Scene
+from clrt.scene import Camera, Film, Material, Scene
 from clrt.spheres import Sphere
 
 if TYPE_CHECKING:
@@ -99,8 +99,8 @@ def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes
     built = program.compiled(context, device, source, features.options)
     scene = scene_for(features)
     width, height = SIZE
-    channels = () if features.film == "paths" else (3,)
-    film = np.empty((height, width, *channels), pack.FILMS[features.film])
+    dtype, channels = pack.FILMS[features.film]
+    film = np.empty((height, width, channels), dtype)
     world = pack.pack_world(scene, features.precision)
     arguments = pack.arguments(world, scene, width, height)
     kernels = program.kernels(built)
@@ -164,6 +164,8 @@ def scene_for(features: pack.Features) -> Scene:
     camera = Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov)
     if features.orthographic:
         camera = Camera((0.0, 0.3, 0.5), (0.0, 0.2, 0.0), projection="orthographic", height=0.5)
+    # The kernel's colours are those before what the camera sees of the background directly.
+    film = Film((0.2, 0.5, 0.9), transparent=True) if features.background else Film()
     return Scene(
         camera,
         tuple(lights),
@@ -171,6 +173,7 @@ def scene_for(features: pack.Features) -> Scene:
         spheres,
         max_depth=3 if features.reflection else 1,
         shadow_bias=1e-3 * literal,
+        film=film,
     )
 
 
@@ -180,12 +183,28 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
     real = pack.PRECISIONS[features.precision]
     trace = reference.trace(scene, *SIZE, truth, real if truth == "seed" else np.float64)
     if features.film == "paths":
-        off = film != trace.paths
+        off = film[..., 0] != trace.paths
+    elif features.film == "passes":
+        off = _wrong_passes(film[..., 0], trace)
     else:
         step = 1 / 255 if features.film == "bytes" else 0
         shown = film / np.float64(255) if features.film == "bytes" else film
-        off = metrics.pixel_error(shown, trace.image) > step / 2 + metrics.QUARTER_STEP
+        true = trace.image
+        if features.film == "alpha":
+            true = np.concatenate([true, trace.alpha[..., np.newaxis]], axis=2)
+        off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP
     return int((off & ~metrics.edges(trace.paths)).sum())
+
+
+def _wrong_passes(film: pack.Array, trace: reference.Trace) -> pack.Array:
+    seen = trace.id >= 0
+    depth = np.where(seen, trace.depth, 0)
+    off = (film["id"] != trace.id) | ((film["depth"] < np.inf) != seen)
+    off |= abs(np.where(seen, film["depth"], 0) - depth) > metrics.QUARTER_STEP * (1 + abs(depth))
+    wrong: pack.Array = off | (
+        abs(film["normal"] - trace.normal).max(axis=2) > metrics.QUARTER_STEP
+    )
+    return wrong
 
 
 def main() -> None:

@@ -13,16 +13,16 @@
 // rays go straight through it, from before everything. The origin is then on the camera's axis, just
 // before what is seen of the spheres that are no larger than the picture.
 
-// 28 bytes as float32, 48 as float64; with TREE 64 and 120. The screen stands one unit ahead (ORTHOGRAPHIC:
-// where the origin is).
+// 68 bytes as float32, 128 as float64. The screen stands one unit ahead (ORTHOGRAPHIC: where the
+// origin is).
 typedef struct {
-    real step[2];  // half the distance of two neighbouring pixels of a row, of a column
-    real eye[3];   // where the camera stands: 0 but for LITERAL, LONG_LENS and ORTHOGRAPHIC
-    int last[2];   // width - 1, height - 1, but at least 1
-#ifdef TREE
-    real right[3], up[3],
-        back[3];  // the camera's axes in the scene's space, which keeps the world's
-#endif
+    real step[2];   // half the distance of two neighbouring pixels of a row, of a column
+    real eye[3];    // where the camera stands: 0 but for LITERAL, LONG_LENS and ORTHOGRAPHIC
+    int last[2];    // width - 1, height - 1, but at least 1
+    real right[3];  // the camera's axes in the world, and with TREE in the scene's space
+    real up[3];
+    real back[3];
+    real unit;  // of length here, in the world's
 } Camera;
 
 // A packet of camera rays: through (x, y, -1), x of each lane.
@@ -121,9 +121,9 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
 
 #endif
 
-#ifdef TREE
-// From camera space, where x points right, y up and z back, to the scene's.
-static Vector in_scene(__global const Camera *camera, reals x, reals y, reals z) {
+#if defined(TREE) || defined(FILM_PASSES)
+// From camera space, where x points right, y up and z back, to the world's axes.
+static Vector in_world(__global const Camera *camera, reals x, reals y, reals z) {
     Vector v = scaled(splat(camera->back), z);
     v = along(v, x, splat(camera->right));
     return along(v, y, splat(camera->up));

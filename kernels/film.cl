@@ -1,7 +1,8 @@
 // Film: pixels as they leave the kernel, in rows.
 //
-// The host defines FILM_BYTES for interleaved 8-bit RGB, or FILM_PATHS for a hash of each pixel's
-// path; else pixels are interleaved float32 RGB, linear and not clipped.
+// The host defines FILM_BYTES for interleaved 8-bit RGB, FILM_ALPHA for interleaved float32 RGBA,
+// FILM_PASSES for what the camera sees first, or FILM_PATHS for a hash of each pixel's path; else
+// pixels are interleaved float32 RGB. Floats are linear and not clipped.
 //
 // To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory
 // by swizzles: which pixel each element of the three vectors of a row belongs to (THIRDS), and
@@ -50,6 +51,58 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
     __private ints all[1] = {exposure.path};
     __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) pixels[i] = (uint)each[i];
+}
+
+#elif defined(FILM_PASSES)
+
+// 20 bytes.
+typedef struct {
+    float depth;      // in the world's unit of length; infinity where nothing is seen
+    float normal[3];  // in the world; 0 there
+    int id;           // of the sphere; -1 there
+} channel;
+#define CHANNELS 1
+typedef struct {
+    ints sphere;
+    reals depth;
+    Vector normal;
+} Exposure;
+
+static Exposure exposure_of(ints sphere, reals depth, Vector normal) {
+    ints seen = sphere >= 0;
+    Exposure exposure = {sphere, PICK(seen, depth, INFINITY), pick3(seen, normal, vector(0, 0, 0))};
+    return exposure;
+}
+
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    __private const INTEGER *spheres = (__private const INTEGER *)&exposure.sphere + row * ROW;
+    __private const real *depths = (__private const real *)&exposure.depth + row * ROW;
+    __private const real *normals = (__private const real *)&exposure.normal + row * ROW;
+    for (int i = 0; i < ROW && i < count; i++) {
+        pixels[i].depth = depths[i];
+        for (int axis = 0; axis < 3; axis++) pixels[i].normal[axis] = normals[axis * LANES + i];
+        pixels[i].id = spheres[i];
+    }
+}
+
+#elif defined(FILM_ALPHA)
+
+typedef float channel;
+#define CHANNELS 4
+typedef struct {
+    Vector color;
+    reals alpha;
+} Exposure;
+
+static Exposure exposure_of(Vector color, ints path) {
+    Exposure exposure = {color, TO_REALS(path)};
+    return exposure;
+}
+
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    __private const real *rgba = (__private const real *)&exposure + row * ROW;
+    for (int i = 0; i < ROW && i < count; i++)
+        for (int k = 0; k < 4; k++) pixels[4 * i + k] = rgba[k * LANES + i];
 }
 
 #elif defined(FILM_BYTES)

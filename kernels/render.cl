@@ -1,9 +1,11 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1, and AMBIENT if there is ambient light: it reaches every hit, so that a
-// path goes on in shadow. The other things that a scene may have or not are said of in camera.cl,
-// sphere.cl and shading.cl; everything else about it is run-time data.
+// max_depth is more than 1, AMBIENT if there is ambient light: it reaches every hit, so that a path
+// goes on in shadow, and BACKGROUND if rays that leave the scene after a mirror see something there.
+// What the camera sees of it directly the host adds (clrt/film.py). The other things that a scene
+// may have or not are said of in camera.cl, sphere.cl and shading.cl; everything else about it is
+// run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
@@ -89,6 +91,10 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                      __global const Material *materials, int light_count,
                      __global const Light *lights, __global const Shade *shades,
                      __global const uchar *encloses
+#ifdef BACKGROUND
+                     ,
+                     __global const real *background
+#endif
 #ifdef SPHERE_COLORS
                      ,
                      __global const real *sphere_colors
@@ -125,7 +131,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #ifdef ORTHOGRAPHIC
 #ifdef TREE
     Vector to_camera = splat(camera->back);
-    Ray ray = {in_scene(camera, at.x, at.y, 0), scaled(to_camera, -1), -1, -1};
+    Ray ray = {in_world(camera, at.x, at.y, 0), scaled(to_camera, -1), -1, -1};
     Hit hit = visible_listed(ray, spheres, ids, sphere_count);
     hit = nearest_in_tree(tree, hit, ray, (ints)(-1), ORIGIN_IN_COMMON);
 #else
@@ -140,11 +146,11 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #else
 #ifdef TREE
     Vector eye = splat(camera->eye);
-    Vector to_camera = scaled(in_scene(camera, at.x, at.y, -1), -inv_length);
+    Vector to_camera = scaled(in_world(camera, at.x, at.y, -1), -inv_length);
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
 #ifdef LONG_LENS
     real ahead = dot_real(camera->eye, camera->back);
-    ray.origin = in_scene(camera, at.x * ahead, at.y * ahead, 0);
+    ray.origin = in_world(camera, at.x * ahead, at.y * ahead, 0);
 #endif
     Hit hit = nearest_listed(ray, -1, spheres, ids, sphere_count);
     hit = nearest_in_tree(tree, hit, ray, (ints)(-1), ORIGIN_IN_COMMON);
@@ -183,6 +189,12 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     Vector color = vector(0, 0, 0);
     reals weight = 1;  // the product of the reflections and transmissions so far
     ints path = 0;
+#ifdef FILM_ALPHA
+    path = PICK_INT(hit.sphere >= 0, 1, 0);
+#endif
+#ifdef FILM_PASSES
+    Vector seen = vector(0, 0, 0);  // the normals of what is hit
+#endif
 #ifdef SPLIT
     Aside aside[MAX_ASIDE];
     int aside_count = 0;
@@ -216,6 +228,10 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #endif
 #endif
         Vector normal = surface.normal;
+#ifdef FILM_PASSES
+        seen = normal;
+        break;
+#endif
         ray.origin = along(point, shadow_bias, normal);
 #ifdef FILM_PATHS
         path = HASHED(hit.sphere >= 0, path, hit.sphere + 1);
@@ -401,6 +417,9 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             hit.sphere = PICK_INT(alive, hit.sphere, -1);
         }
 #endif
+#ifdef BACKGROUND
+        color = pick3(alive & (hit.sphere < 0), along(color, weight, splat(background)), color);
+#endif
         point = along(ray.origin, hit.distance, ray.direction);
 #ifndef ORTHOGRAPHIC
         to_camera = unit(minus(eye, point));
@@ -409,10 +428,19 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         break;
 #endif
     }
-#ifdef SPLIT
+#if defined(SPLIT) && defined(FILM_PATHS)
     path = ended + PICK_INT(traced, path, 0);
 #endif
+#ifdef FILM_PASSES
+    // Along the ray, of which the camera is a point or (ORTHOGRAPHIC) beside one.
+    reals depth = dot3(minus(point, splat(camera->eye)), ray.direction) * camera->unit;
+#ifndef TREE
+    seen = in_world(camera, seen.x, seen.y, seen.z);
+#endif
+    Exposure exposure = exposure_of(hit.sphere, depth, seen);
+#else
     Exposure exposure = exposure_of(color, path);
+#endif
     film += CHANNELS * ((size_t)row * width + column);
     for (int i = 0; i < ROWS && row + i < height; i++)
         store_row(exposure, i, film + CHANNELS * (size_t)i * width, width - column);

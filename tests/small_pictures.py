@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 from hard_cases import CASES
+from msgspec.structs import replace
 
 import clrt
 from clrt.pack import LANES, PRECISIONS, TREE_FROM
@@ -29,6 +30,8 @@ def main(all_lanes: list[int]) -> None:
             for scene in scenes[:8]:
                 renderer.paths(scene, WIDTH, HEIGHT)
                 renderer.render(scene, WIDTH, HEIGHT, dtype=np.uint8, region=REGION)
+                white = replace(scene, film=clrt.Film(background=(1, 1, 1)))
+                renderer.render(white, WIDTH, HEIGHT, region=REGION, passes=["id"])
             print(f"{renderer.device.name}: {lanes} lanes, {precision}: {len(scenes)} scenes")
 
 

@@ -4,14 +4,18 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from msgspec.structs import replace
 from PIL import Image
 
 import clrt
 from clrt.cli import main
+from clrt.data import folder
+from clrt.files import image
 
 SMALL = ["--width", "40", "--height", "23"]
 
@@ -70,6 +74,63 @@ def test_a_region(run) -> None:
     assert (np.asarray(part) == np.asarray(whole)[3:20, 5:40]).all()
 
 
+def test_looks(run) -> None:
+    """Options of the film, against the renderer's pictures of such scenes."""
+    scene = clrt.load_scene("four-spheres")
+
+    def expected(dtype: str, **film: Any) -> np.ndarray:
+        return clrt.render(replace(scene, film=clrt.Film(**film)), 40, 23, dtype=dtype)
+
+    run("render", "-o", "a.png", "--transparent", "--transfer", "srgb", *SMALL)
+    picture = Image.open("a.png")
+    assert (picture.mode, picture.info["srgb"]) == ("RGBA", 0)
+    assert (np.asarray(picture) == expected("uint8", transparent=True, transfer="srgb")).all()
+    said = "clrt render --transparent --transfer srgb --width 40 --height 23"
+    assert picture.info["Comment"] == said
+    run("render", "-o", "b.png", "--background", "#808000", *SMALL)
+    half = 0.21586050
+    assert (np.asarray(Image.open("b.png")) == expected("uint8", background=(half, half, 0))).all()
+    assert "srgb" not in Image.open("b.png").info
+    run("render", "-o", "c.tif", "--bits", "16", *SMALL)
+    assert (np.rint(65535.0 * image.load(Path("c.tif"))) == expected("uint16")).all()
+
+
+def test_passes(run) -> None:
+    names = ("depth", "normal", "id")
+    film, passes = clrt.Renderer().render("four-spheres", 40, 23, passes=names)
+    run("render", "-o", "a.npz", "--passes", "depth,normal,id", *SMALL)
+    with np.load("a.npz") as found:
+        assert list(found) == ["image", *names]
+        assert (found["image"] == film).all()
+        for name in names:
+            assert (found[name] == passes[name]).all()
+    run("render", "-o", "part.npz", "--passes", "id", "--region", "5", "3", "40", "20", *SMALL)
+    with np.load("part.npz") as found:
+        assert list(found) == ["image", "id"]
+        assert (found["id"] == passes["id"][3:20, 5:40]).all()
+    run("render", "-o", "a.exr", "--passes", "id", "--transparent", *SMALL)
+    assert image.load(Path("a.exr")).shape == (23, 40, 4)
+
+
+def test_where_to_is_not_in_the_file(run, tmp_path: Path) -> None:
+    for words in (["-o", "a.png"], ["--output", "b.png"], ["-oc.png"], ["--output=d.png"]):
+        assert run("render", *words, *SMALL).exit_code == 0
+    files = [path.read_bytes() for path in tmp_path.iterdir()]
+    assert files == files[:1] * 4
+    assert Image.open("a.png").info["Comment"] == "clrt render --width 40 --height 23"
+
+
+def test_the_pictures_of_the_docs_are_made_as_they_say(run, tmp_path: Path) -> None:
+    docs = Path(__file__).parents[1] / "docs"
+    commands = re.findall(r"`clrt (render -o docs/(\S+\.png) .*?)`", (docs / "film.md").read_text())
+    assert len(commands) == 2
+    (tmp_path / "docs").mkdir()
+    for words, name in commands:
+        assert run(*words.split()).exit_code == 0
+        made, shown = (np.asarray(Image.open(at / name), int) for at in (tmp_path / "docs", docs))
+        assert (abs(made - shown).max(axis=2) > 1).sum() <= 2  # another CPU rounds otherwise
+
+
 def test_quiet_says_nothing(run) -> None:
     result = run("render", "-q", *SMALL)
     assert result.stdout == result.stderr == ""
@@ -111,6 +172,27 @@ def test_compare(run) -> None:
     assert "PSNR     inf dB" in run("compare", "a.png", "a.png").stdout
 
 
+def test_compare_alpha_and_curves(run) -> None:
+    film = np.zeros((4, 5, 4), np.uint8)
+    film[..., 0], film[..., 3] = 200, np.arange(5) * 60
+    hidden = film.copy()
+    hidden[:, 0, :3] = 99  # where alpha is 0
+    clrt.save("a.png", film)
+    clrt.save("b.png", hidden)
+    assert "max      0.000e+00" in run("compare", "a.png", "b.png").stdout
+    clrt.save("rgb.png", film[..., :3])
+    result = run("compare", "a.png", "rgb.png")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == "clrt: one of the pictures has alpha, the other has not\n"
+    clrt.save("srgb.png", film, transfer="srgb")
+    for pair in (("srgb.png", "a.png"), ("a.png", "srgb.png")):
+        said = run("compare", *pair).stderr
+        assert said == "clrt: srgb.png is sRGB and a.png is not: compared as they are\n"
+    clrt.save("deep.png", film.astype(np.uint16) * 257)
+    result = run("compare", "a.png", "deep.png", "--heatmap", "map.png")
+    assert "max      0.000e+00" in result.stdout
+
+
 def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
     run("render", "-o", "a.png", *SMALL)
     run("render", "-o", "b.png", *SMALL)
@@ -131,6 +213,14 @@ def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
         (["render", "-o", "a.jpg", "--width", "65501"], "a.jpg: .jpg has no more than 65500"),
         (["render", "--max-depth", "99999999999"], "max_depth: expected a whole number"),
         (["render", "--lanes", "3"], "--lanes"),
+        (["render", "-o", "a.jpg", "--transparent"], "a.jpg: .jpg has no alpha: use one of .png"),
+        (["render", "--background", "whiter"], "expected a colour's name, #rgb or #rrggbb"),
+        (["render", "--transfer", "gamma"], "--transfer"),
+        (["render", "--passes", "id"], "four-spheres.png: .png has no passes: use one of .npz"),
+        (["render", "-o", "a.npz", "--passes", "id,uv"], "expected some of depth, normal, id, got"),
+        (["render", "-o", "a.npy", "--bits", "16"], "a.npy: .npy has no 16 bits a channel: use"),
+        (["render", "-o", "a.hdr"], "a.hdr: expected a name that ends in one of .png"),
+        (["animate", "clear.toml"], "clear.mp4: .mp4 has no alpha: use .webp .apng or numbered"),
         (["render", "--shadow-bias", "inf"], "shadow_bias: expected"),
         (["render", "--precision", "half"], "--precision"),
         (["check", "none.toml"], "none.toml: no such file"),
@@ -138,10 +228,12 @@ def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
     ],
 )
 def test_wrong_requests_end_with_2(run, tmp_path: Path, words: list[str], said: str) -> None:
+    clear = (folder("scenes") / "orbit.toml").read_text() + "[film]\ntransparent = true\n"
+    (tmp_path / "clear.toml").write_text(clear)
     result = run(*words)
     assert result.exit_code == 2
     assert said in result.stderr
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["clear.toml"]
 
 
 def test_a_wrong_scene_ends_with_one_line(run, tmp_path: Path) -> None:

@@ -64,6 +64,20 @@ def test_sizes_must_agree() -> None:
         metrics.difference(np.zeros((3, 2, 3)), np.zeros((2, 3, 3)))
 
 
+def test_alpha_is_a_channel() -> None:
+    a, b = np.zeros((2, 2, 4)), np.zeros((2, 2, 4))
+    a[0, 0, 3] = 0.5
+    assert metrics.pixel_error(a, b).tolist() == [[0.5, 0], [0, 0]]
+    assert metrics.difference(a, b).max == 0.5
+    with pytest.raises(RequestError, match="one of the pictures has alpha, the other has not"):
+        metrics.pixel_error(a, b[..., :3])
+    b[:, 1, 3] = 1  # an edge that only alpha shows
+    a = b.copy()
+    a[0, 1, 0] = 0.5
+    found = metrics.difference(a, b)
+    assert (found.flips, found.interior_flips) == (1, 0)
+
+
 def test_edges() -> None:
     paths = np.zeros((5, 6), np.uint32)
     paths[1, 4] = 9

@@ -2,23 +2,22 @@
 
 import re
 from collections.abc import Callable
-from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import options, run_kernel
+from conftest import run_kernel
 from msgspec.structs import replace
 
 import clrt
-from clrt import pack
+from clrt import pack, trial
 from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
 
 STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
-    "Camera": partial(pack.camera_dtype, tree=True),
+    "Camera": pack.camera_dtype,
     "Sphere": pack.sphere_dtype,
     "Material": pack.material_dtype,
     "Light": pack.light_dtype,
@@ -26,6 +25,7 @@ STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
     "Node": tree.node_dtype,
     "Leaf": tree.leaf_dtype,
     "Shape": tree.shape_dtype,
+    "channel": lambda real: pack.PASSES,
 }
 
 
@@ -49,7 +49,7 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
         expected.append(dtype.itemsize)
         expected += [offset for _, offset, *_ in (dtype.fields or {}).values()]
     found = np.zeros(len(expected), np.int32)
-    used = pack.Features(1, precision, "float", tree=True).options
+    used = pack.Features(1, precision, "passes", tree=True).options
     run_kernel(device, layout_kernel(), "layout", used, 1, (), found)
     assert found.tolist() == expected
 
@@ -57,13 +57,6 @@ def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
 def packed(scene: clrt.Scene, precision: pack.Precision = "robust") -> SimpleNamespace:
     """The kernel's arguments for a small picture, by name."""
     return SimpleNamespace(**pack.arguments(pack.pack_world(scene, precision), scene, 64, 36))
-
-
-def test_a_camera_without_a_tree(device: cl.Device) -> None:
-    code = "__kernel void size(__global int *to) { *to = sizeof(Camera); }"
-    found = np.zeros(1, np.int32)
-    run_kernel(device, code, "size", options(1), 1, (), found)
-    assert found[0] == pack.camera_dtype(np.float32).itemsize == 28
 
 
 def test_only_the_plane_is_a_giant() -> None:
@@ -160,12 +153,16 @@ def test_the_kernels_ask_for_nothing_else() -> None:
     assert asked == told - {"LANES=1"}
 
 
-def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
-    scene = clrt.load_scene("four-spheres")
+@pytest.mark.parametrize("names", [(), pack.USES[:1], pack.USES], ids=["none", "some", "all"])
+@pytest.mark.parametrize("film", pack.FILMS)
+def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device, film, names) -> None:
+    used = {name: True for name in names if name != "long_lens"}
+    features = pack.Features(4, "robust", film, **used)
+    scene = trial.scene_for(features)
     names = list(pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9))
     context = cl.Context([device])
     program = cl.Program(context, kernel_source())
-    kernel = program.build(options=[*options(4), "-cl-kernel-arg-info"]).render
+    kernel = program.build(options=[*features.options, "-cl-kernel-arg-info"]).render
     info = cl.kernel_arg_info.NAME
     found = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]
     assert found == ["film", "first_row", "width", "height", "first_column", *names]

@@ -67,6 +67,55 @@ def test_a_bounce_between_two_mirrors_adds_a_geometric_series() -> None:
     assert pixel[0] == pytest.approx(0.25 * (1 + 0.5 + 0.25 + 0.125), abs=1e-15)
 
 
+def facing(**more: object) -> clrt.Scene:
+    """A mirror of radius 1 that faces camera and light."""
+    return clrt.Scene(
+        clrt.Camera((0, 0, 5), (0, 0, 0)),
+        (clrt.Light((0, 0, 9)),),
+        {"m": clrt.Material((0.1, 0.2, 0.3), (0, 0, 0), (0, 0, 0), 80, reflection=0.5)},
+        (clrt.Sphere((0, 0, 0), 1, "m"),),
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def test_the_background_is_seen_directly_and_in_mirrors() -> None:
+    film = clrt.Film(background=(1.0, 2.0, 4.0))
+    image = reference.render(facing(film=film), 3, 3)
+    assert image[1, 1] == pytest.approx([0.1 + 0.5, 0.2 + 1, 0.3 + 2], abs=1e-15)
+    assert image[0, 0] == pytest.approx([1, 2, 4], abs=1e-15)
+    # A path that ends before it leaves sees nothing: it has no segment left, or no light.
+    assert reference.render(facing(film=film, max_depth=1), 3, 3)[1, 1, 0] == pytest.approx(0.1)
+    dark = msgspec.structs.replace(facing(film=film), lights=())
+    assert reference.render(dark, 3, 3)[1, 1, 0] == 0
+    # Alpha takes the place of what the camera sees directly.
+    clear = msgspec.structs.replace(film, transparent=True)
+    trace = reference.trace(facing(film=clear), 3, 3)
+    assert trace.alpha.tolist() == [[0, 0, 0], [0, 1, 0], [0, 0, 0]]
+    assert (trace.image[1, 1] == image[1, 1]).all()
+    assert not trace.image[0, 0].any()
+
+
+def test_what_the_camera_sees_first() -> None:
+    trace = reference.trace(facing(), 3, 3)
+    assert trace.id.tolist() == [[-1, -1, -1], [-1, 0, -1], [-1, -1, -1]]
+    assert trace.depth[1, 1] == pytest.approx(4, abs=1e-15)
+    assert trace.depth[0, 0] == np.inf
+    assert trace.normal[1, 1] == pytest.approx([0, 0, 1], abs=1e-15)
+    assert not trace.normal[0, 0].any()
+    some = reference.trace(facing(), 3, 3, pixels=[(1, 1), (0, 2)])
+    assert some.id.tolist() == [0, -1]
+    assert some.normal.shape == (2, 3)
+    assert some.depth.tolist() == [trace.depth[1, 1], np.inf]
+
+
+def test_an_orthographic_depth_is_from_where_the_camera_stands() -> None:
+    camera = clrt.Camera((0, 0, -7), (0, 0, -8), projection="orthographic", height=6)
+    trace = reference.trace(msgspec.structs.replace(facing(), camera=camera), 7, 7)
+    assert trace.depth[3, 3] == pytest.approx(-8, abs=1e-14)
+    assert trace.normal[3, 3] == pytest.approx([0, 0, 1], abs=1e-14)
+    assert trace.id[3, 3] == 0
+
+
 def test_unknown_truth() -> None:
     with pytest.raises(ValueError, match="truth"):
         reference.render(clrt.load_scene("four-spheres"), 4, 4, truth="real")  # type: ignore

@@ -56,6 +56,20 @@ def test_defaults() -> None:
     assert scene.lights[0] == clrt.Light((5, 5, 5), diffuse=(1, 1, 1))
     assert scene.materials["red"].reflection == 0
     assert isinstance(scene.camera.position[0], float)
+    assert scene.film == clrt.Film() == clrt.Film((0, 0, 0), False, "linear", 0, (0, 0, 0), (0, 0))
+
+
+def test_a_film() -> None:
+    film = """[film]
+    background = [1, 0.5, 0.25]
+    transparent = true
+    transfer = "srgb"
+    outline = 1.5
+    outline_color = [0, 0, 1]
+    depth_cue = [-3, 4]
+    """
+    expected = clrt.Film((1, 0.5, 0.25), True, "srgb", 1.5, (0, 0, 1), (-3, 4))
+    assert parse_scene(GOOD + film).film == expected
 
 
 @pytest.mark.parametrize("name", clrt.builtin_scenes())
@@ -132,6 +146,10 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ),
         ("[camera]", "[camera]\nprojection = 'x'", "camera.projection: "),
         ("[camera]", "[[camera]]", "camera: expected `object`"),
+        ("[camera]", "[film]\noutline = -1.0\n[camera]", "film.outline: expected a number from 0"),
+        ("[camera]", "[film]\ndepth_cue = [1]\n[camera]", "film.depth_cue: expected `array`"),
+        ("[camera]", "[film]\ntransfer = 'x'\n[camera]", "film.transfer: invalid enum value 'x'"),
+        ("[camera]", "[film]\nalpha = true\n[camera]", "film.alpha: unknown key"),
         ("look_at = [0.0, 0.0, 0.0]", "", "camera.look_at: expected a value, got none"),
         ("max_depth = 3", "max_depth == 3", "not TOML: "),
         ("max_depth = 3", "max_depth = " + "[" * 2000, "not TOML: "),

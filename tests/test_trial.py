@@ -33,6 +33,7 @@ EVERY = [
     if not ("split" in some and not {"nest", "reflection"} <= set(some))
     if not (precision == "literal" and "nest" in some)
     if not (precision == "literal" and {"long_lens", "tree"} & set(some))  # it has none
+    if "reflection" in some or "background" not in some
 ]
 
 
@@ -58,20 +59,42 @@ def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
             trial.try_here(device, lying, with_all)
 
 
+LAST = "LANE == LANES - 1"
+LIGHT = f"color = scaled(color, PICK({LAST}, REAL(0.98), 1));"
+PATH = f"path = PICK_INT({LAST}, path ^ 1, path);"
+EXPOSE_PASSES = "Exposure exposure = exposure_of(hit.sphere, depth, seen);"
+LIES = [
+    ("float", EXPOSE, LIGHT),
+    ("bytes", EXPOSE, LIGHT),
+    ("alpha", EXPOSE, LIGHT),
+    ("alpha", EXPOSE, PATH),
+    ("paths", EXPOSE, PATH),
+    ("passes", EXPOSE_PASSES, f"depth = PICK({LAST}, depth * REAL(1.01), depth);"),
+    ("passes", EXPOSE_PASSES, f"seen.y = PICK({LAST}, seen.y + REAL(0.01), seen.y);"),
+    ("passes", EXPOSE_PASSES, f"hit.sphere = PICK_INT({LAST}, hit.sphere + 1, hit.sphere);"),
+]
+
+
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("film", pack.FILMS)
-def test_a_wrong_program_is_found(device: cl.Device, precision, film) -> None:
+@pytest.mark.parametrize(("film", "before", "lie"), LIES)
+def test_a_wrong_program_is_found(device: cl.Device, precision, film, before, lie) -> None:
     """Wrong in each packet's last lane only, by a little of its light."""
     source = program.kernel_source()
-    wrong = source.replace(
-        EXPOSE,
-        "color = scaled(color, PICK(LANE == LANES - 1, REAL(0.98), 1));\n"
-        "path = PICK_INT(LANE == LANES - 1, path ^ 1, path);\n" + EXPOSE,
-    )
+    wrong = source.replace(before, f"{lie}\n{before}")
     assert wrong != source
     features = Features(8, precision, film, reflection=True)
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
+    assert trial.try_here(device, source, features)
+    with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
+        trial.try_here(device, wrong, features)
+
+
+@pytest.mark.parametrize("film", ["float", "bytes", "alpha"])
+def test_a_wrong_background_is_found(device: cl.Device, film) -> None:
+    features = Features(4, "robust", film, reflection=True, background=True)
+    source = program.kernel_source()
+    wrong = source.replace("splat(background)", "scaled(splat(background), REAL(0.9))")
     assert trial.try_here(device, source, features)
     with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
         trial.try_here(device, wrong, features)

@@ -11,6 +11,7 @@ from PIL import Image
 
 import clrt
 from clrt.cli import main
+from clrt.data import folder
 from clrt.errors import RequestError
 from clrt.files import video
 
@@ -48,6 +49,27 @@ def test_mp4(run, tmp_path: Path, size: tuple[int, int]) -> None:
     off = abs(frames[0][:height, :width].mean(axis=2) - still(0, *size).mean(axis=2))
     assert off.mean() < 4
     assert [p.name for p in tmp_path.iterdir()] == ["orbit.mp4"]
+
+
+@pytest.mark.parametrize("suffix", [".webp", ".apng"])
+def test_alpha(run, tmp_path: Path, suffix: str) -> None:
+    clear = (folder("scenes") / "orbit.toml").read_text()
+    (tmp_path / "clear.toml").write_text(f"{clear}[film]\ntransparent = true\n")
+    assert run("clear.toml", "-o", f"a{suffix}", "--frames", "0-1", *SMALL).exit_code == 0
+    with Image.open(f"a{suffix}") as file:
+        first = np.asarray(file.convert("RGBA"))
+    scene = clrt.load_scene("clear.toml")
+    expected = next(clrt.animate(scene, 48, 27, frames=[0], dtype="uint8"))
+    assert (first[..., 3] == expected[..., 3]).all()
+    assert set(np.unique(first[..., 3])) == {0, 255}
+    assert run("clear.toml", "-o", "##.png", "--frames", "0-1", *SMALL).exit_code == 0
+    with Image.open("00.png") as file:
+        assert (np.asarray(file) == expected).all()
+        assert "Comment" not in file.info  # whoever makes it makes the same bytes
+    with pytest.raises(
+        RequestError, match=r"a.gif: .gif has no alpha: use .webp .apng or numbered"
+    ):
+        video.check_output(tmp_path / "a.gif", 48, 27, 2, 30, alpha=True)
 
 
 @pytest.mark.parametrize("suffix", [".webp", ".gif", ".apng"])

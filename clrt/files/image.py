@@ -4,20 +4,26 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clrt import data, memory
 from clrt.errors import ClrtError, OutputError, RequestError
+from clrt.files import deep
+
+if TYPE_CHECKING:
+    from PIL.PngImagePlugin import PngInfo
+
+Array = NDArray[Any]
 
 
 class ByteFormat(NamedTuple):
-    """How Pillow writes an 8-bit format, and how large a picture can be."""
+    """How Pillow writes a format of integers, and how large a picture can be."""
 
     name: str
     options: dict[str, Any]
@@ -32,36 +38,74 @@ BYTE_FORMATS = {
     ".png": ByteFormat("PNG", {"compress_level": 1}),
     ".jpg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
     ".jpeg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
-    ".webp": ByteFormat("WEBP", {"lossless": True, "method": 0}, side=16383, memory=28),
+    ".webp": ByteFormat(
+        "WEBP", {"lossless": True, "exact": True, "method": 0}, side=16383, memory=28
+    ),
     ".tif": ByteFormat("TIFF", {"compression": "tiff_lzw"}, pixels=10**9),
     ".tiff": ByteFormat("TIFF", {"compression": "tiff_lzw"}, pixels=10**9),
     ".bmp": ByteFormat("BMP", {}, pixels=10**9),
     ".ppm": ByteFormat("PPM", {}),
 }
 ENDS = {".png": b"IEND\xaeB`\x82", ".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9"}
-FLOAT_FORMATS = (".npy", ".pfm")
+FLOAT_FORMATS = tuple(deep.WRITE)
 SUFFIXES = (*BYTE_FORMATS, *FLOAT_FORMATS)
+WITH_ALPHA = (".png", ".webp", ".tif", ".tiff", ".npy", ".npz", ".exr")
+WITH_16_BITS = (".png", ".tif", ".tiff")
+WITH_PASSES = (".npz", ".exr")
+UNSIGNED = (np.uint8, np.uint16)
+PASSES_BYTES = 20  # a pixel, of all passes
+PNG_HEADER = 33  # bytes: the signature and IHDR, after which come the other chunks
+LOAD_PARTS = "load parts of it"
 
 
-def check_output(path: Path, width: int, height: int) -> None:
+def check_output(
+    path: Path,
+    width: int,
+    height: int,
+    *,
+    alpha: bool = False,
+    bits: int | None = None,
+    passes: bool = False,
+) -> None:
     """Finds out before rendering what would fail after it.
 
+    Args:
+        bits: of a channel, see film_dtype().
+        passes: whether the file is to hold some.
+
     Raises:
-        RequestError: the suffix names no format, the format has no pictures of this size, or the
-            file cannot be there.
+        RequestError: the suffix names no format, the format has no such pictures, or the file
+            cannot be there.
         OutputError: film and format do not fit into memory.
     """
     check_suffix(path)
     check_file(path)
     suffix = path.suffix.lower()
-    needed = 12  # bytes a pixel of a float film, which is written as it is
+    film = film_dtype(path, bits)
+    if alpha:
+        _check_can(path, WITH_ALPHA, "alpha")
+    if passes:
+        _check_can(path, WITH_PASSES, "passes")
+    needed = pixel = np.dtype(film).itemsize * (3 + alpha)  # bytes of the film, and all; measured
     if suffix in BYTE_FORMATS:
         form = BYTE_FORMATS[suffix]
         check_sides(path, width, height, form.side)
         if width * height > form.pixels:
             raise RequestError(f"{path}: {suffix} has no more than {form.pixels} pixels: use .png")
-        needed = 3 + form.memory
+        needed += form.memory
+    if film is np.uint16:
+        deep.check_size16(path, width, height)
+        needed = 7 * pixel
+    if suffix == ".exr":
+        deep.library(*deep.OPENEXR)
+        needed = 2 * pixel
+    needed += 2 * PASSES_BYTES * passes
     memory.require(needed * width * height, f"{path}: a picture of {width}x{height}")
+
+
+def _check_can(path: Path, suffixes: Sequence[str], what: str) -> None:
+    if path.suffix.lower() not in suffixes:
+        raise RequestError(f"{path}: {path.suffix} has no {what}: use one of {' '.join(suffixes)}")
 
 
 def check_suffix(path: Path) -> None:
@@ -118,30 +162,67 @@ def check_apart(output: Path, source: Path) -> None:
             raise RequestError(f"{output}: is read as well: expected another name")
 
 
-def film_dtype(path: Path) -> type[np.uint8] | type[np.float32]:
-    """What the pixels of a film for this file are: uint8, or float32 (linear, not clipped)."""
-    return np.uint8 if path.suffix.lower() in BYTE_FORMATS else np.float32
+def film_dtype(
+    path: Path, bits: int | None = None
+) -> type[np.uint8] | type[np.uint16] | type[np.float32]:
+    """What the pixels of a film for this file are: uint8, uint16 or float32 (linear, not clipped).
+
+    bits: of a channel, 8 or 16; default: 8, or the float32 of the format.
+
+    Raises:
+        RequestError: the format has no such pixels.
+    """
+    if bits == 16:
+        _check_can(path, WITH_16_BITS, "16 bits a channel")
+        return np.uint16
+    if path.suffix.lower() in BYTE_FORMATS:
+        return np.uint8
+    if bits is not None:
+        _check_can(path, tuple(BYTE_FORMATS), f"{bits} bits a channel")
+    return np.float32
 
 
-def save(path: str | Path, film: NDArray[Any]) -> None:
+def save(
+    path: str | Path,
+    film: NDArray[Any],
+    *,
+    passes: Mapping[str, NDArray[Any]] | None = None,
+    transfer: str = "linear",
+    command: str = "",
+) -> None:
     """Writes a film to a file, whole or not at all. The suffix chooses the format.
 
     Args:
-        film: (height, width, 3): uint8 for .png .jpg .webp .tif .bmp .ppm, float32 for .npy .pfm.
+        film: (height, width, 3), or 4 with alpha where the format has it: uint8 for .png .jpg .webp
+            .tif .bmp .ppm, uint16 for .png .tif, float32 for .npy .npz .pfm .exr. Integers are
+            straight colours, floats premultiplied ones.
+        passes: "depth", "normal" and "id" as Renderer.render() gives them, for .npz and .exr.
+        transfer: the curve of the integers in it, "linear" or "srgb": a PNG says if it is sRGB.
+        command: what made it. A PNG says that as well.
 
     Raises:
         RequestError: the film is not for this suffix, or the file cannot be there.
         OutputError: it could not be written, or the format cannot hold it.
     """
     path, film = Path(path), np.asarray(film)
+    suffix = path.suffix.lower()
     check_suffix(path)
     check_file(path)
-    if film.ndim != 3 or film.shape[2] != 3 or film.dtype != film_dtype(path):
-        expected = f"{np.dtype(film_dtype(path))} of shape (height, width, 3)"
+    dtypes = [np.dtype(film_dtype(path))] + [np.dtype(np.uint16)] * (suffix in WITH_16_BITS)
+    channels = (3, 4) if suffix in WITH_ALPHA else (3,)
+    if film.ndim != 3 or film.shape[2] not in channels or film.dtype not in dtypes:
+        shape = f"(height, width, {' or '.join(map(str, channels))})"
+        expected = f"{' or '.join(map(str, dtypes))} of shape {shape}"
         raise RequestError(f"{path}: expected {expected}, got {film.dtype} of {film.shape}")
-    write = _write_bytes if film.dtype == np.uint8 else _WRITE_FLOATS[path.suffix.lower()]
+    if passes:
+        _check_can(path, WITH_PASSES, "passes")
+    if transfer not in ("linear", "srgb"):
+        raise RequestError(f"transfer: expected 'linear' or 'srgb', got {transfer!r}")
     with written_whole(path) as beside, beside.open("wb") as file:
-        write(file, path.suffix.lower(), film)
+        if suffix in FLOAT_FORMATS:
+            deep.WRITE[suffix](file, film, passes or {})
+        else:
+            _write_integers(file, suffix, film, _notes(transfer, command))
 
 
 PART = r"\.[0-9a-f]{16}\.part"  # the name of a file that is being written
@@ -183,7 +264,9 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 
 def load(path: Path) -> NDArray[np.float32]:
-    """Reads a picture of any of the formats: float32 (height, width, 3), 8-bit ones as c / 255.
+    """Reads a picture of any of the formats: float32 (height, width, 3), or 4 with alpha.
+
+    Integers become parts of the largest, and premultiplied. What curve they are on stays so.
 
     Raises:
         RequestError: it is not there, or is no such picture.
@@ -191,41 +274,57 @@ def load(path: Path) -> NDArray[np.float32]:
     """
     if path.exists() and not path.is_file():
         raise RequestError(f"{path}: is a folder or a device, expected a picture")
-    advice = "load parts of it"
     try:
-        memory.require(2 * path.stat().st_size, str(path), advice)
-        if path.suffix.lower() == ".npy":
-            image = np.load(path, allow_pickle=False)
-        elif path.suffix.lower() == ".pfm":
-            image = _read_pfm(path)
-        else:
-            from PIL import Image
-
-            Image.MAX_IMAGE_PIXELS = None  # clrt writes larger ones itself
-            with Image.open(path) as opened:
-                width, height = opened.size
-                # Measured: Pillow's pictures before and after it converts them, and this one.
-                memory.require(20 * width * height, f"{path}: {width}x{height}", advice)
-                if opened.mode.startswith("I;16"):  # Pillow clips where it should divide
-                    gray = np.asarray(opened).astype(np.float32) / np.float32(65535)
-                    image = np.repeat(gray[..., np.newaxis], 3, axis=2)
-                elif opened.mode in ("I", "F"):  # whose white nobody knows
-                    raise ValueError(f"expected 8 or 16 bits a channel, got mode {opened.mode}")
-                else:
-                    image = np.asarray(opened.convert("RGB"))
-    except OutputError:
+        memory.require(2 * path.stat().st_size, str(path), LOAD_PARTS)
+        image = deep.READ.get(path.suffix.lower(), _read_integers)(path)
+    except (OutputError, RequestError):
         raise
     except Exception as error:  # what a spoilt file makes of NumPy and Pillow has no end
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise RequestError(f"{path}: cannot be read: {reason}") from None
-    good = (
-        isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] == 3 and image.size > 0
-    )
-    if not good or (image.dtype != np.uint8 and image.dtype.kind != "f"):
-        raise RequestError(f"{path}: expected float or uint8 of shape (height, width, 3)")
-    scale = 255 if image.dtype == np.uint8 else 1
-    linear: NDArray[np.float32] = image.astype(np.float32) / np.float32(scale)
-    return linear
+    good = isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] in (3, 4)
+    if not good or image.size == 0 or not (image.dtype.kind == "f" or image.dtype in UNSIGNED):
+        expected = "float, uint8 or uint16 of shape (height, width, 3 or 4)"
+        raise RequestError(f"{path}: expected {expected}")
+    loaded = image.astype(np.float32)
+    if image.dtype.kind == "u":
+        loaded /= np.float32(np.iinfo(image.dtype).max)
+        if image.shape[2] == 4:
+            loaded[..., :3] *= loaded[..., 3:]
+    return loaded
+
+
+def _read_integers(path: Path) -> Array:
+    from PIL import Image
+
+    Image.MAX_IMAGE_PIXELS = None  # clrt writes larger ones itself
+    with Image.open(path) as opened:
+        width, height = opened.size
+        is_deep = any(";16" in str(tile[3]) for tile in opened.tile)
+        alpha = opened.has_transparency_data
+        # Measured: Pillow's pictures before and after it converts them, and this one.
+        needed = (36 if alpha or is_deep else 20) * width * height
+        memory.require(needed, f"{path}: {width}x{height}", LOAD_PARTS)
+        if opened.mode.startswith("I;16"):  # Pillow clips where it should divide
+            return np.repeat(np.asarray(opened).astype(np.uint16)[..., np.newaxis], 3, axis=2)
+        if opened.mode in ("I", "F"):  # whose white nobody knows
+            raise ValueError(f"expected 8 or 16 bits a channel, got mode {opened.mode}")
+        if is_deep:  # of which Pillow drops half
+            return deep.read16(path, 4 if alpha else 3)
+        return np.asarray(opened.convert("RGBA" if alpha else "RGB"))
+
+
+def is_srgb(path: Path) -> bool | None:
+    """Whether a picture says that it is sRGB; None where its format cannot say."""
+    kind = path.suffix.lower()
+    if kind in FLOAT_FORMATS:
+        return False
+    if kind != ".png":
+        return None
+    from PIL import Image
+
+    with Image.open(path) as opened:
+        return "srgb" in opened.info
 
 
 def is_whole(path: Path, width: int, height: int) -> bool:
@@ -233,8 +332,8 @@ def is_whole(path: Path, width: int, height: int) -> bool:
     kind = path.suffix.lower()
     with suppress(Exception):  # see load()
         if kind in FLOAT_FORMATS:
-            found = np.load(path, "r") if kind == ".npy" else _read_pfm(path)
-            return bool(found.shape == (height, width, 3))
+            shape = np.load(path, "r").shape if kind == ".npy" else deep.READ[kind](path).shape
+            return shape in ((height, width, 3), (height, width, 4))
         from PIL import Image
 
         Image.MAX_IMAGE_PIXELS = None
@@ -250,40 +349,33 @@ def is_whole(path: Path, width: int, height: int) -> bool:
     return False
 
 
-def _write_bytes(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
-    from PIL import Image
+def _notes(transfer: str, command: str) -> "PngInfo":
+    """What a PNG says of itself."""
+    from importlib.metadata import version
+
+    from PIL.PngImagePlugin import PngInfo
+
+    notes = PngInfo()
+    if transfer == "srgb":
+        notes.add(b"sRGB", b"\0")  # perceptual
+    notes.add_text("Software", f"clrt {version('clrt')}")
+    if command:  # a file's name need not be text
+        notes.add_text("Comment", command.encode(errors="backslashreplace").decode())
+    return notes
+
+
+def _write_integers(file: IO[bytes], suffix: str, film: Array, notes: "PngInfo") -> None:
+    from PIL import Image, PngImagePlugin
 
     form = BYTE_FORMATS[suffix]
-    Image.fromarray(film).save(file, form.name, **form.options)
-
-
-def _write_npy(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
-    # Not np.save(), which does not say why a disk takes no more.
-    film = np.ascontiguousarray(film)
-    header = np.lib.format.header_data_from_array_1_0(film)
-    np.lib.format.write_array_header_1_0(file, header)
-    file.write(film.data)
-
-
-def _write_pfm(file: IO[bytes], suffix: str, film: NDArray[Any]) -> None:
-    height, width, _ = film.shape
-    # A negative scale says little-endian; rows run from the bottom to the top.
-    file.write(b"PF\n%d %d\n-1.0\n" % (width, height))
-    for row in film[::-1]:
-        file.write(row.astype("<f4").tobytes())
-
-
-_WRITE_FLOATS: dict[str, Callable[[IO[bytes], str, NDArray[Any]], None]] = {
-    ".npy": _write_npy,
-    ".pfm": _write_pfm,
-}
-
-
-def _read_pfm(path: Path) -> NDArray[Any]:
-    with path.open("rb") as file:
-        if file.readline().strip() != b"PF":
-            raise ValueError("expected a PFM file of three channels")
-        width, height = map(int, file.readline().split())
-        order = "<" if float(file.readline()) < 0 else ">"
-        pixels = np.frombuffer(file.read(), f"{order}f4")
-    return pixels.reshape(height, width, 3)[::-1]
+    if film.dtype == np.uint8:
+        noted = {"pnginfo": notes} if form.name == "PNG" else {}
+        Image.fromarray(film).save(file, form.name, **form.options, **noted)
+        return
+    encoded = deep.encoded16(film, form.name)
+    begin = PNG_HEADER if form.name == "PNG" else 0
+    file.write(encoded[:begin])
+    if form.name == "PNG":
+        for kind, content, *_ in notes.chunks:
+            PngImagePlugin.putchunk(file, kind, content)
+    file.write(encoded[begin:])

@@ -23,6 +23,7 @@ PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 SIDES = {".mp4": 16384, ".webp": 16383, ".gif": 65535, ".apng": 2**31 - 1}  # pixels each way
 SUFFIXES = tuple(SIDES)
+WITH_ALPHA = (".webp", ".apng")
 
 
 def is_pattern(path: Path) -> bool:
@@ -36,24 +37,29 @@ def numbered(path: Path, frame: int) -> Path:
     return path.with_name(path.name.replace("#" * hashes, f"{frame:0{hashes}d}"))
 
 
-def check_output(path: Path, width: int, height: int, frames: int, fps: float) -> None:
+def check_output(
+    path: Path, width: int, height: int, frames: int, fps: float, *, alpha: bool = False
+) -> None:
     """Finds out before rendering what would fail after it.
 
     Raises:
-        RequestError: the suffix names no format, or none of this size, or the folder or PyAV is
-            not there.
+        RequestError: the suffix names no format, or none of this size or with alpha, or the folder
+            or PyAV is not there.
         OutputError: the frames do not fit into memory.
     """
     if is_pattern(path):
         if "#" * path.name.count("#") not in path.name:
             raise RequestError(f"{path}: expected all # in one place")
-        image.check_output(numbered(path, 0), width, height)
+        image.check_output(numbered(path, 0), width, height, alpha=alpha)
         return
     if path.suffix.lower() not in SUFFIXES:
         known = " ".join(SUFFIXES)
         raise RequestError(
             f"{path}: expected a name that ends in {known}, or has #### for a number"
         )
+    if alpha and path.suffix.lower() not in WITH_ALPHA:
+        able = f"{' '.join(WITH_ALPHA)} or numbered pictures"
+        raise RequestError(f"{path}: {path.suffix} has no alpha: use {able}")
     image.check_file(path)
     image.check_sides(path, width, height, SIDES[path.suffix.lower()])
     what = f"{path}: {frames} frames of {width}x{height}"
@@ -73,7 +79,7 @@ def check_output(path: Path, width: int, height: int, frames: int, fps: float) -
 
 
 def save(path: Path, frames: Frames, fps: float, crf: int) -> None:
-    """Encodes frames, (height, width, 3) uint8 each, at least one.
+    """Encodes frames, (height, width, 3) uint8 each, or 4 where the format has alpha: at least one.
 
     Args:
         fps: frames a second.
@@ -122,6 +128,9 @@ def _write_pictures(
     from PIL import Image
 
     first, *rest = map(Image.fromarray, frames)
+    if name == "WEBP" and first.mode == "RGBA":
+        # Only frames that are whole keep their alpha where they are clear all along a side.
+        options = {**options, "kmax": 1}
     # GIF counts hundredths of a second: each frame ends at the one nearest to its end.
     ends = [round(100 * k / fps) for k in range(len(rest) + 2)]
     in_hundredths = [10 * (end - start) for start, end in pairwise(ends)]

@@ -1,0 +1,178 @@
+"""The film: what is done to a picture after it was traced, always in this order:
+
+    depth cue -> outline -> background -> clip -> transfer -> bytes
+
+The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
+(..., 4): linear red, green and blue, premultiplied by the alpha that comes last. What mirrored rays
+see of the background is in them already; what the camera sees directly is added here.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clrt import color
+from clrt.scene import Film
+from clrt.values import Color
+
+Array = NDArray[Any]
+
+BLOCK = 1 << 14  # pixels that are developed at a time: what they need stays in the cache
+
+NEARER = 0.25
+"""How far a line lies on the nearer side of its edge, in pixels: so it is as many pixels wide as it
+is to be, with even numbers as with odd ones."""
+
+
+def needs_passes(film: Film) -> bool:
+    """Whether some step looks at depths and ids."""
+    return film.outline > 0 or film.depth_cue != (0, 0)
+
+
+def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
+    """Whether a picture of that dtype, with alpha or without, is not what a kernel makes itself:
+    floats, linear bytes, and floats with alpha."""
+    if needs_passes(film) or (any(film.background) and not alpha):
+        return True
+    return dtype != np.float32 and (alpha or dtype != np.uint8 or film.transfer != "linear")
+
+
+def line_width(film: Film) -> float:
+    """Of an outline at one sample a pixel: a line that is there has a pixel at least."""
+    return max(film.outline, 1.0) if film.outline > 0 else 0.0
+
+
+def halo(film: Film) -> int:
+    """How many pixels around a region its steps look at."""
+    return int(line_width(film) / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
+
+
+class Seen(NamedTuple):
+    """What the camera sees first: of a picture, and of what is around it as far as halo() says."""
+
+    sphere: Array
+    """(height, width), the index of the one that is seen, -1 for none."""
+    depth: Array
+    """(height, width), world units, infinity where there is none."""
+    radius: Array
+    """(spheres,), world units."""
+    picture: tuple[slice, slice]
+    """Where in it the picture lies."""
+
+
+def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) -> None:
+    """Takes a picture through all its steps.
+
+    Args:
+        exposed: (height, width, 4) float32, premultiplied.
+        out: (height, width, 3), or 4 with alpha, float32, uint8 or uint16: where it goes. Integers
+            are straight colours, floats premultiplied ones.
+        seen: if needs_passes().
+    """
+    depth = line = None
+    if seen is not None and film.outline > 0:
+        # At one sample a pixel: either its middle is on the line or it is not.
+        share = outline(seen.sphere, seen.depth, seen.radius, line_width(film))
+        line = share[seen.picture] > 0.5
+    if seen is not None and film.depth_cue != (0, 0):
+        depth = seen.depth[seen.picture]
+    rows = max(BLOCK // exposed.shape[1], 1)
+    for start in range(0, len(exposed), rows):
+        some = slice(start, start + rows)
+        picture = exposed[some]
+        if depth is not None:
+            picture = depth_cued(picture, depth[some], film.depth_cue)
+        if line is not None:
+            picture = drawn_over(picture, line[some], film.outline_color)
+        if out.shape[2] == 3:
+            picture = on_background(picture, film.background)
+        if out.dtype.kind == "u":
+            picture = integers(picture, out.dtype, film.transfer)
+        out[some] = picture
+
+
+def depth_cued(picture: Array, depth: Array, cue: tuple[float, float]) -> Array:
+    """Lets go of what is far away: all of it is there at the depth cue[0], nothing at cue[1].
+
+    depth: (...), world units; infinity where there is nothing.
+    """
+    near, far = cue
+    share = np.clip((depth - near) / (far - near), 0, 1)
+    found: Array = picture * (1 - share)[..., np.newaxis]
+    return found
+
+
+def outline(sphere: Array, depth: Array, radius: Array, width: float) -> Array:
+    """How much of each pixel is on a line, (height, width) float32 in [0, 1].
+
+    A line runs where a sphere stands before nothing, or before another one whose depth is more than
+    half the smaller radius away.
+
+    Args:
+        sphere: (height, width), the index of the one that is seen, -1 for none.
+        depth: (height, width), infinity where there is none.
+        radius: (spheres,), in the unit of the depths.
+        width: of the line, pixels.
+    """
+    reach = width / 2 + 0.5  # a pixel is half a pixel long from its middle
+    margin = int(reach + NEARER)
+    rows, columns = sphere.shape
+    covered = np.zeros((rows + 2 * margin, columns + 2 * margin), np.float32)
+    flat, stride = covered.reshape(-1), covered.shape[1]
+    for axis in (0, 1):
+        for step, near in zip((1, -1), _nearer_sides(sphere, depth, radius, axis), strict=True):
+            here = (near[:, 0] + margin) * stride + near[:, 1] + margin
+            shift = [0.0, 0.0]
+            shift[axis] = NEARER * step
+            for down in range(-margin, margin + 1):
+                for right in range(-margin, margin + 1):
+                    share = reach - np.hypot(down - shift[0], right - shift[1])
+                    if share > 0:
+                        there = here + down * stride + right
+                        flat[there] = np.maximum(flat[there], np.float32(min(share, 1)))
+    return covered[margin : margin + rows, margin : margin + columns]
+
+
+def _nearer_sides(sphere: Array, depth: Array, radius: Array, axis: int) -> tuple[Array, Array]:
+    """The pixels (n, 2) that a line parts from the next one along an axis, and that are the nearer
+    of the two; and those that a line parts from the one before, likewise."""
+    differ = sphere[1:] != sphere[:-1] if axis == 0 else sphere[:, 1:] != sphere[:, :-1]
+    this = np.argwhere(differ)
+    following = this + np.eye(2, dtype=np.int64)[axis]
+    a, b = tuple(this.T), tuple(following.T)
+    jump = depth[b] - depth[a]  # at most one of them is infinite
+    size = np.append(radius, np.inf)  # that of none, -1, is the last
+    edge = abs(jump) > np.minimum(size[sphere[a]], size[sphere[b]]) / 2
+    return this[edge & (jump > 0)], following[edge & (jump < 0)]
+
+
+def drawn_over(picture: Array, share: Array, ink: Color) -> Array:
+    """Covers a share of each pixel, (...), with a colour that hides what is behind it."""
+    share = share[..., np.newaxis]
+    found: Array = picture * (1 - share) + share * np.array((*ink, 1), picture.dtype)
+    return found
+
+
+def on_background(picture: Array, background: Color) -> Array:
+    """The colours (..., 3) of a picture before a background."""
+    found: Array = picture[..., :3]
+    if any(background):
+        found = found + (1 - picture[..., 3:]) * np.array(background, picture.dtype)
+    return found
+
+
+def integers(picture: Array, dtype: np.dtype[Any], transfer: str) -> Array:
+    """Pixels as whole numbers, 0 to 255 or 65535, ties to even: (..., 3), or with alpha (..., 4).
+
+    With alpha colours are straight. They are clipped, and sRGB if `transfer` is; alpha is linear.
+    """
+    exact = picture.astype(np.float64)  # float32 would round twice
+    if picture.shape[-1] == 4:
+        alpha = exact[..., 3:]
+        exact[..., :3] /= np.where(alpha > 0, alpha, 1)
+    exact = np.fmin(np.fmax(exact, 0), 1)  # NaN is 0
+    if transfer == "srgb":
+        exact[..., :3] = color.to_srgb(exact[..., :3])
+    whole: Array = np.rint(np.iinfo(dtype).max * exact).astype(dtype)
+    return whole
