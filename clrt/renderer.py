@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import memory, pack
+from clrt import data, memory, pack
 from clrt.errors import DeviceError, DeviceWarning, RequestError
 from clrt.files.scenefile import as_scene
 from clrt.opencl import bands, pocl, program
@@ -277,13 +277,13 @@ class Renderer:
 
         source = program.kernel_source()
         path = program.cache_path(self.device, source, needed.options)
-        if (binary := program.kept(path)) is not None:
+        if (binary := data.kept(path)) is not None:
             with suppress(cl.Error):  # it is refused, as by another build of the same version
                 return program.loaded(self._context, self.device, binary)
         from clrt import trial
 
         binary = trial.tried(self.device, source, needed)
-        program.keep(path, binary)
+        data.keep(path, binary)
         return program.loaded(self._context, self.device, binary)
 
 
