@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import click
 
-from clrt.errors import ClrtError, DeviceWarning, RequestError, SceneError
+from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -30,7 +30,7 @@ def say(text: str) -> None:
 
 def _say_warning(message: Warning | str, category: type[Warning], *where: object) -> None:
     """clrt's own. Nobody at a shell can mend what the libraries warn of."""
-    if issubclass(category, DeviceWarning):
+    if issubclass(category, ClrtWarning):
         say(f"clrt: {message}")
 
 
@@ -40,7 +40,7 @@ class Commands(click.Group):
     def main(self, *words: Any, **options: Any) -> Any:
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("always", DeviceWarning)
+                warnings.simplefilter("always", ClrtWarning)
                 warnings.showwarning = _say_warning  # type: ignore[assignment]
                 return super().main(*words, **options)
         except ClrtError as error:

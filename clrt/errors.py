@@ -25,5 +25,13 @@ class SceneError(RequestError):
     """A scene that is not one. The message names file, key and what was expected."""
 
 
-class DeviceWarning(UserWarning):
+class ClrtWarning(UserWarning):
+    """Something is not as it may seem. The command prints a line."""
+
+
+class DeviceWarning(ClrtWarning):
     """A device does the work, but not in the way that was asked for."""
+
+
+class ParticleWarning(ClrtWarning):
+    """A file has something that is not used."""
