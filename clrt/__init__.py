@@ -17,12 +17,15 @@ if TYPE_CHECKING:
         DeviceError,
         DeviceWarning,
         OutputError,
+        ParticleWarning,
         RequestError,
         SceneError,
     )
     from clrt.files.image import save
+    from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+    from clrt.particles import Particles
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Key, Material, Scene
     from clrt.spheres import Sphere, Spheres
@@ -36,10 +39,13 @@ _HOMES = {
         "DeviceError",
         "DeviceWarning",
         "OutputError",
+        "ParticleWarning",
         "RequestError",
         "SceneError",
     ),
     "clrt.files.image": ("save",),
+    "clrt.files.particles.reader": ("read", "read_frames"),
+    "clrt.particles": ("Particles",),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
@@ -60,6 +66,8 @@ __all__ = [
     "Light",
     "Material",
     "OutputError",
+    "ParticleWarning",
+    "Particles",
     "PointLight",
     "Renderer",
     "RequestError",
@@ -71,6 +79,8 @@ __all__ = [
     "animate",
     "builtin_scenes",
     "load_scene",
+    "read",
+    "read_frames",
     "reference",
     "render",
     "save",
