@@ -17,13 +17,16 @@ if TYPE_CHECKING:
         DeviceError,
         DeviceWarning,
         OutputError,
+        ParticleWarning,
         RequestError,
         SceneError,
         SceneWarning,
     )
     from clrt.files.image import save
+    from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+    from clrt.particles import Particles
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Film, Key, Material, Scene
     from clrt.spheres import Sphere, Spheres
@@ -37,11 +40,14 @@ _HOMES = {
         "DeviceError",
         "DeviceWarning",
         "OutputError",
+        "ParticleWarning",
         "RequestError",
         "SceneError",
         "SceneWarning",
     ),
     "clrt.files.image": ("save",),
+    "clrt.files.particles.reader": ("read", "read_frames"),
+    "clrt.particles": ("Particles",),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
@@ -63,6 +69,8 @@ __all__ = [
     "Light",
     "Material",
     "OutputError",
+    "ParticleWarning",
+    "Particles",
     "PointLight",
     "Renderer",
     "RequestError",
@@ -75,6 +83,8 @@ __all__ = [
     "animate",
     "builtin_scenes",
     "load_scene",
+    "read",
+    "read_frames",
     "reference",
     "render",
     "save",

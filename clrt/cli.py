@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import click
 
-from clrt.errors import ClrtError, DeviceWarning, RequestError, SceneError, SceneWarning
+from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -32,7 +32,7 @@ def say(text: str) -> None:
 
 def _say_warning(message: Warning | str, category: type[Warning], *where: object) -> None:
     """clrt's own. Nobody at a shell can mend what the libraries warn of."""
-    if issubclass(category, DeviceWarning | SceneWarning):
+    if issubclass(category, ClrtWarning):
         say(f"clrt: {message}")
 
 
@@ -54,8 +54,7 @@ class Commands(click.Group):
         options.setdefault("obj", _command((words or [options.get("args")])[0] or sys.argv[1:]))
         try:
             with warnings.catch_warnings():
-                for kind in (DeviceWarning, SceneWarning):
-                    warnings.simplefilter("always", kind)
+                warnings.simplefilter("always", ClrtWarning)
                 warnings.showwarning = _say_warning  # type: ignore[assignment]
                 return super().main(*words, **options)
         except ClrtError as error:

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from clrt.errors import RequestError
 from clrt.values import Color
@@ -21,6 +21,20 @@ def to_linear(srgb: Array) -> Array:
     """The linear value of each one of sRGB from 0 to 1."""
     curved: Array = np.power((srgb + 0.055) / 1.055, 2.4)
     return np.where(srgb <= 0.04045, srgb / 12.92, curved)
+
+
+def linear(srgb: ArrayLike) -> NDArray[np.float32]:
+    """Linear colours of sRGB ones (IEC 61966-2-1), of any shape.
+
+    Args:
+        srgb: uint8, or floats from 0 to 1.
+    """
+    given = np.asarray(srgb)
+    if given.dtype == np.uint8:
+        found: NDArray[np.float32] = linear(np.arange(256) / 255)[given]
+        return found
+    with np.errstate(invalid="ignore"):
+        return to_linear(given.astype(np.float64)).astype(np.float32)
 
 
 def named(text: str) -> Color:

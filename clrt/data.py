@@ -2,21 +2,26 @@
 
 import errno
 import fcntl
+import hashlib
 import os
+import secrets
 import stat
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from clrt.errors import DeviceError
 
 LOCK_GRACE_SECONDS = 60  # what is younger may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
+KEPT_ROOM = 50 << 20  # bytes of all that is kept: 300 programs
+KEY_LENGTH = 64  # of a kept file's name: sha256, in hexadecimal digits
 
 
 def folder(name: str) -> Path:
-    """The folder "kernels" or "scenes"."""
+    """The folder "kernels", "scenes" or "tables"."""
     return Path(__file__).parent / name
 
 
@@ -56,6 +61,52 @@ def _temporary() -> Path:
     if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
         raise PermissionError(f"{found} is somebody else's")
     return found
+
+
+def kept(path: Path) -> bytes | None:
+    """What keep() kept in the cache; None if it is not there, cut short or changed."""
+    with suppress(OSError):
+        # So a pipe, which only a vandal puts there, is an error and nothing to wait for.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            content = file.read()
+        size = hashlib.sha256().digest_size
+        if hashlib.sha256(content[size:]).digest() == content[:size]:
+            with suppress(OSError):
+                os.utime(path)  # used now: see _make_room()
+            return content[size:]
+    return None
+
+
+def keep(path: Path, content: bytes) -> None:
+    """Keeps it as sha256(content) + content, and forgets what was not used for longest.
+
+    Whole or not at all: what was there stays as it is for those who have it open.
+
+    Args:
+        path: in the cache folder, with a name of KEY_LENGTH.
+    """
+    beside = path.with_suffix(f".{secrets.token_hex(4)}")
+    with suppress(OSError):  # slower next time
+        try:
+            beside.write_bytes(hashlib.sha256(content).digest() + content)
+            os.replace(beside, path)
+        finally:
+            beside.unlink(missing_ok=True)
+        _make_room(path.parent)
+
+
+def _make_room(cache: Path) -> None:
+    found = []
+    for path in cache.iterdir():
+        with suppress(OSError):  # another process has removed it
+            if len(path.name) >= KEY_LENGTH:
+                status = path.stat()
+                found.append((status.st_mtime_ns, status.st_size, path))
+    left = KEPT_ROOM
+    for _, size, path in sorted(found, reverse=True):
+        left -= size
+        if left < 0:
+            path.unlink(missing_ok=True)
 
 
 def locked(path: Path) -> int:

@@ -25,9 +25,17 @@ class SceneError(RequestError):
     """A scene that is not one. The message names file, key and what was expected."""
 
 
-class DeviceWarning(UserWarning):
+class ClrtWarning(UserWarning):
+    """Something is not as it may seem. The command prints a line."""
+
+
+class DeviceWarning(ClrtWarning):
     """A device does the work, but not in the way that was asked for."""
 
 
-class SceneWarning(UserWarning):
+class SceneWarning(ClrtWarning):
     """A picture is not quite what its scene says."""
+
+
+class ParticleWarning(ClrtWarning):
+    """A file has something that is not used."""

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
-from clrt import film, pack
+from clrt import data, film, pack
 from clrt.errors import DeviceError, DeviceWarning, RequestError
 from clrt.exposer import Exposer, Program
 from clrt.files.scenefile import as_scene
@@ -289,13 +289,13 @@ def _made(context: "cl.Context", device: "cl.Device", needed: Features) -> "cl.P
 
     source = program.kernel_source()
     path = program.cache_path(device, source, needed.options)
-    if (binary := program.kept(path)) is not None:
+    if (binary := data.kept(path)) is not None:
         with suppress(cl.Error):  # it is refused, as by another build of the same version
             return program.loaded(context, device, binary)
     from clrt import trial
 
     binary = trial.tried(device, source, needed)
-    program.keep(path, binary)
+    data.keep(path, binary)
     return program.loaded(context, device, binary)
 
 

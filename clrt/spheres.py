@@ -9,11 +9,9 @@ from typing import Any, overload
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from clrt.values import Color, Vec3, number, require, vectors
-
-Array = NDArray[Any]
+from clrt.values import Array, Color, Vec3, check_rows, floats, frozen, number, require, vectors
 
 
 class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -55,13 +53,13 @@ class Spheres(Sequence[Sphere]):
         material: str | Sequence[str] | Sequence[int] | Array,
         color: ArrayLike | None = None,
     ) -> None:
-        self.center = _floats("center", center, 3)
+        self.center = floats("spheres.center", center, 3)
         n = len(self.center)
-        radii = _floats("radius", radius, 1)
+        radii = floats("spheres.radius", radius, 1)
         require(radii.ndim == 0 or len(radii) == n, "spheres.radius", f"{n} numbers", radii.shape)
-        _check("radius", radii > 0, radii, "a finite number above 0")
+        check_rows("spheres.radius", radii > 0, radii, "a finite number above 0")
         self.radius = np.broadcast_to(radii, n)
-        self.color = None if color is None else _floats("color", color, 3)
+        self.color = None if color is None else floats("spheres.color", color, 3)
         good = self.color is None or len(self.color) == n
         require(good, "spheres.color", f"{n} colours", getattr(self.color, "shape", None))
         self.material_index, self.names = _materials(material, n)
@@ -118,7 +116,7 @@ class Spheres(Sequence[Sphere]):
         if self.names is not None:
             return self
         index = self.material_index
-        _check("material", index < len(names), index, f"an index below {len(names)}")
+        check_rows("spheres.material", index < len(names), index, f"an index below {len(names)}")
         named = copy.copy(self)
         named.names = names
         return named
@@ -143,43 +141,6 @@ def _triple(vector: Array) -> Vec3:
     return x, y, z
 
 
-def _floats(key: str, given: ArrayLike, columns: int) -> Array:
-    """A finite array of floats that nobody else can change: (n, columns), or (n,) or () for 1."""
-    try:
-        array = np.asarray(given)
-        if array.dtype not in (np.float32, np.float64):
-            array = array.astype(np.float64)
-    except (TypeError, ValueError):
-        array = np.zeros((1, 1, 1))
-    shape = f"(n, {columns})" if columns > 1 else "(n,) or one number"
-    good = array.shape[1:] == (columns,) if columns > 1 else array.ndim <= 1
-    require(good, f"spheres.{key}", f"numbers of shape {shape}", given)
-    if not array.flags.c_contiguous or _can_change(array):
-        array = array.copy()
-        array.flags.writeable = False
-    _check(key, np.isfinite(array), array, "finite numbers" if columns > 1 else "a finite number")
-    return array
-
-
-def _can_change(array: Any) -> bool:
-    """Whether somebody can write to it: it, or what it is a view of, is writeable."""
-    while isinstance(array, np.ndarray):
-        if array.flags.writeable:
-            return True
-        array = array.base
-    return array is not None and not isinstance(array, bytes)
-
-
-def _check(key: str, good: Array, values: Array, expected: str) -> None:
-    """Names the first value that is not good."""
-    if good.all():
-        return
-    rows = good if good.ndim <= 1 else good.all(axis=1)
-    where = "" if rows.ndim == 0 else f"[{np.argmin(rows)}]"
-    value = values[int(np.argmin(rows))] if rows.ndim else values
-    require(False, f"spheres.{key}{where}", expected, value.tolist())
-
-
 def _materials(given: Any, n: int) -> tuple[Array, tuple[str, ...] | None]:
     """Indices (n,) int32, and the names that they count, or None if they count the scene's."""
     if isinstance(given, str):
@@ -189,11 +150,6 @@ def _materials(given: Any, n: int) -> tuple[Array, tuple[str, ...] | None]:
     require(good, "spheres.material", f"a name, {n} names or {n} indices", given)
     if array.dtype.kind == "U":
         names, index = np.unique(array, return_inverse=True)
-        return _frozen(index.astype(np.int32)), tuple(map(str, names))
-    _check("material", array >= 0, array, "an index of at least 0")
-    return _frozen(array.astype(np.int32)), None
-
-
-def _frozen(array: Array) -> Array:
-    array.flags.writeable = False
-    return array
+        return frozen(index.astype(np.int32)), tuple(map(str, names))
+    check_rows("spheres.material", array >= 0, array, "an index of at least 0")
+    return frozen(array.astype(np.int32)), None

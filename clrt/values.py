@@ -3,10 +3,12 @@
 import math
 import operator
 from collections.abc import Callable, Iterable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
+import numpy as np
 from msgspec.structs import force_setattr
+from numpy.typing import ArrayLike, NDArray
 
 from clrt.errors import SceneError
 
@@ -14,6 +16,17 @@ Vec3: TypeAlias = tuple[float, float, float]
 Color: TypeAlias = tuple[float, float, float]
 BLACK: Color = (0.0, 0.0, 0.0)
 WHITE: Color = (1.0, 1.0, 1.0)
+Array: TypeAlias = NDArray[Any]
+
+
+class RowError(SceneError):
+    """A value of an array is wrong."""
+
+    key: str
+    row: int | None
+    """Which; None where there is one for all."""
+    expected: str
+    """And what was got."""
 
 
 def require(good: bool, key: str, expected: str, value: object) -> None:
@@ -22,6 +35,8 @@ def require(good: bool, key: str, expected: str, value: object) -> None:
 
 
 def _short(value: object) -> str:
+    if isinstance(value, np.ndarray) and value.ndim:
+        return f"{value.dtype} of {value.shape}"
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
 
@@ -76,3 +91,66 @@ def some(names: Iterable[str], most: int = 5) -> str:
     found = list(map(repr, names))
     more = [f"{len(found) - most} more"] if len(found) > most else []
     return ", ".join(found[:most] + more) or "none"
+
+
+def floats(key: str, given: ArrayLike, columns: int) -> Array:
+    """A finite array of floats that nobody else can change: (n, columns), or (n,) or () for 1.
+
+    float32 and float64 are kept as they are; others become float64.
+
+    Raises:
+        SceneError: it is none, or a value is not finite.
+    """
+    try:
+        array = np.asarray(given)
+        kind = array.dtype.newbyteorder("=")
+        kept = kind in (np.float32, np.float64)
+        array = array.astype(kind if kept else np.float64, copy=False)
+    except (TypeError, ValueError):
+        array = np.zeros((1, 1, 1))
+    shape = f"(n, {columns})" if columns > 1 else "(n,) or one number"
+    good = array.shape[1:] == (columns,) if columns > 1 else array.ndim <= 1
+    require(good, key, f"numbers of shape {shape}", given)
+    array = owned(array)
+    expected = "finite numbers" if columns > 1 else "a finite number"
+    check_rows(key, np.isfinite(array), array, expected)
+    return array
+
+
+def owned(array: Array) -> Array:
+    """The array itself if it is contiguous and nobody can write to it, or else a copy."""
+    if array.flags.c_contiguous and not _can_change(array):
+        return array
+    return frozen(array.copy())
+
+
+def frozen(array: Array) -> Array:
+    """The array, which from now on nobody can write to."""
+    array.flags.writeable = False
+    return array
+
+
+def _can_change(array: Any) -> bool:
+    """Whether somebody can write to it: it, or what it is a view of, is writeable."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return True
+        array = array.base
+    return array is not None and not isinstance(array, bytes)
+
+
+def check_rows(key: str, good: Array, values: Array, expected: str) -> None:
+    """Finds the first value that is not good.
+
+    Raises:
+        RowError: there is one.
+    """
+    if good.all():
+        return
+    rows = good if good.ndim <= 1 else good.all(axis=1)
+    row = int(np.argmin(rows)) if rows.ndim else None
+    value = values if row is None else values[row]
+    said = f"expected {expected}, got {_short(value.tolist())}"
+    error = RowError(f"{key}: {said}" if row is None else f"{key}[{row}]: {said}")
+    error.key, error.row, error.expected = key, row, said  # it can be pickled so
+    raise error

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from clrt import metrics
 from clrt.files.image import save
@@ -67,6 +67,15 @@ def run_kernel(
     found = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, output.nbytes)
     kernel(queue, (size,), None, *map(buffer, inputs), found, *map(buffer, more))
     cl.enqueue_copy(queue, output, found)
+
+
+def same(found: ArrayLike | None, expected: ArrayLike) -> bool:
+    """Whether an array is there and equal to one, or all of it to a number."""
+    return (
+        found is not None
+        and np.shape(expected) in ((), np.shape(found))
+        and bool(np.all(np.asarray(found) == expected))
+    )
 
 
 def kept(image: NDArray[Any], truth: NDArray[Any]) -> str:

@@ -14,7 +14,7 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt import pack, trial
+from clrt import data, pack, trial
 from clrt.errors import DeviceError, DeviceWarning
 from clrt.opencl import program
 from clrt.opencl.device import devices
@@ -123,7 +123,7 @@ def test_narrower_lanes_are_tried(
             assert what in str(warning.message)
         assert renderer.lanes == 2
         assert (image == right).all()
-        assert len(list((tmp_path / "clrt").glob("?" * program.KEY_LENGTH))) == 1
+        assert len(list((tmp_path / "clrt").glob("?" * data.KEY_LENGTH))) == 1
 
 
 def test_the_command_says_so(tmp_path: Path) -> None:

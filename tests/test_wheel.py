@@ -1,4 +1,4 @@
-"""The wheel, installed elsewhere, renders: kernels and scenes are inside it."""
+"""The wheel, installed elsewhere, renders: kernels, scenes and tables are inside it."""
 
 import subprocess
 import sys
@@ -22,5 +22,7 @@ def test_renders_from_an_installed_wheel(tmp_path: Path) -> None:
     environment = tmp_path / "environment"
     venv.create(environment, with_pip=True)
     run(environment / "bin" / "pip", "install", "-q", wheel)
+    tables = "from clrt import elements, palette; palette.colormap('turbo')"
+    run(environment / "bin" / "python", "-c", tables)
     run(environment / "bin" / "clrt", "render", "sunflower", "--width", 64, "--height", 36)
     assert Image.open(tmp_path / "sunflower.png").size == (64, 36)

@@ -5,12 +5,9 @@ program is there in 3 ms, and in PoCL's after 33 ms, because it preprocesses the
 """
 
 import hashlib
-import os
-import secrets
 import threading
 import warnings
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -23,8 +20,6 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 KERNELS = ("lanes", "sphere", "glass", "camera", "shading", "tree", "build", "film", "render")
-ROOM = 50 << 20  # bytes of programs that are kept: those of 300
-KEY_LENGTH = 64  # of a file's name: sha256, in hexadecimal digits
 
 _building = threading.Lock()  # catch_warnings() is not for several threads
 
@@ -95,49 +90,6 @@ def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path
     """Where a program is kept."""
     key = hashlib.sha256(repr((source, list(options), identity(device))).encode()).hexdigest()
     return data.cache_folder() / key
-
-
-def kept(path: Path) -> bytes | None:
-    """A program's binary from the cache; None if it is not there, cut short or changed."""
-    with suppress(OSError):
-        # So a pipe, which only a vandal puts there, is an error and nothing to wait for.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
-            content = file.read()
-        size = hashlib.sha256().digest_size
-        if hashlib.sha256(content[size:]).digest() == content[:size]:
-            with suppress(OSError):
-                os.utime(path)  # used now: see _make_room()
-            return content[size:]
-    return None
-
-
-def keep(path: Path, binary: bytes) -> None:
-    """Keeps a binary as sha256(binary) + binary, and forgets those not used for longest.
-
-    Whole or not at all: what was there stays as it is for those who have it open.
-    """
-    beside = path.with_suffix(f".{secrets.token_hex(4)}")
-    with suppress(OSError):  # slower next time
-        try:
-            beside.write_bytes(hashlib.sha256(binary).digest() + binary)
-            os.replace(beside, path)
-        finally:
-            beside.unlink(missing_ok=True)
-        _make_room(path.parent)
-
-
-def _make_room(cache: Path) -> None:
-    programs = []
-    for path in cache.iterdir():
-        with suppress(OSError):  # another process has removed it
-            if len(path.name) >= KEY_LENGTH:
-                status = path.stat()
-                programs.append((status.st_mtime_ns, status.st_size, path))
-    left = ROOM
-    for _, size, path in sorted(programs, reverse=True):
-        left -= size
-        if left < 0:
-            path.unlink(missing_ok=True)
 
 
 def _first_error(log: str) -> str:

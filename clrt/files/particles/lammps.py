@@ -1,0 +1,111 @@
+"""LAMMPS's text dumps, and those of its relatives: ITEM after ITEM, columns by name.
+
+https://docs.lammps.org/dump.html and https://docs.lammps.org/Howto_triclinic.html
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clrt.files.particles.columns import kind_of, particles
+from clrt.files.particles.text import Column, Lines, is_number, table
+from clrt.particles import Particles
+from clrt.values import Array, frozen
+
+AHEAD = "ITEM: "
+SKIPPED = ("TIMESTEP", "TIME", "UNITS")  # one line each
+# The first that there is: coordinates as they are, unwrapped, as parts of the cell, and both.
+PLAIN = (("x", "y", "z"), ("xu", "yu", "zu"))
+SCALED = (("xs", "ys", "zs"), ("xsu", "ysu", "zsu"))
+
+
+class Header(NamedTuple):
+    """What a frame says before its rows."""
+
+    rows: int
+    names: list[str]
+    cell: Array | None
+    origin: Array
+
+
+def skip(lines: Lines) -> None:
+    """Goes on to the next frame."""
+    lines.skip(_header(lines).rows)
+
+
+def read(lines: Lines) -> Particles:
+    """The frame that begins here.
+
+    Raises:
+        SceneError: naming file, line and what was expected.
+    """
+    header = _header(lines)
+    names = header.names
+    first = (lines.peek() or "").split() if header.rows else []
+    words = first if len(first) == len(names) else ["0"] * len(names)
+    kinds = map(kind_of, names, words)
+    columns = [Column(name, kind) for name, kind in zip(names, kinds, strict=True)]
+    read, line_of = table(lines, columns, header.rows)
+    cell, origin = header.cell, header.origin
+    for axes in (*PLAIN, *SCALED):
+        if all(axis in read for axis in axes):
+            positions = np.stack([read.pop(axis) for axis in axes], axis=1)
+            if axes in SCALED:
+                if cell is None:
+                    raise lines.error("ITEM: BOX BOUNDS for scaled coordinates", " ".join(axes))
+                positions = origin + positions @ cell
+            read["positions"] = frozen(positions)
+            break
+    return particles(read, str(lines.path), cell, origin, line_of=line_of)
+
+
+def _header(lines: Lines) -> Header:
+    rows, cell, origin = None, None, np.zeros(3)
+    while True:
+        line = lines.filled_line()
+        if line is None or not line.startswith(AHEAD):
+            raise lines.error("'ITEM: ...'", line)
+        item = line.removeprefix(AHEAD)
+        if item.split()[:1] == ["ATOMS"]:
+            break
+        if item == "NUMBER OF ATOMS":
+            rows = lines.count(lines.line())
+        elif item.startswith("BOX BOUNDS"):
+            cell, origin = _box(lines, item)
+        elif item in SKIPPED:
+            lines.line()
+        else:
+            raise lines.error("ITEM: TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS", line)
+    names = item.split()[1:]
+    if rows is None:
+        raise lines.error("ITEM: NUMBER OF ATOMS before", line)
+    if not names or len(set(names)) < len(names):
+        raise lines.error("ITEM: ATOMS with the names of the columns", line)
+    return Header(rows, names, cell, origin)
+
+
+def _box(lines: Lines, item: str) -> tuple[Array, Array]:
+    """The cell (3, 3), a row for each edge, and its origin (3,)."""
+    words = item.split()[2:]
+    is_general = words[:2] == ["abc", "origin"]
+    is_tilted = words[:3] == ["xy", "xz", "yz"]
+    width = 4 if is_general else 3 if is_tilted else 2
+    rows = []
+    for _ in range(3):
+        line = lines.line()
+        row = (line or "").split()
+        if len(row) != width or not all(map(is_number, row)):
+            raise lines.error(f"{width} numbers of the box", line)
+        rows.append([float(word) for word in row])
+    box = np.array(rows)
+    if is_general:
+        return box[:, :3], box[:, 3]
+    low, high = box[:, 0], box[:, 1]
+    cell = np.zeros((3, 3))
+    if is_tilted:  # the bounds are those of the tilted box
+        xy, xz, yz = box[:, 2]
+        low = low - [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
+        high = high - [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
+        cell[1, 0], cell[2, 0], cell[2, 1] = xy, xz, yz
+    cell[np.diag_indices(3)] = high - low
+    return cell, low

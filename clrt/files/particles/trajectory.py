@@ -1,0 +1,127 @@
+"""Frames: how they are found in a file, and found again."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Protocol
+
+import numpy as np
+
+from clrt import data
+from clrt.errors import ClrtError
+from clrt.files.particles.text import Lines, Mark
+from clrt.particles import Particles
+
+
+class Frames(Protocol):
+    """The frames of an open file."""
+
+    def frame(self, k: int) -> Particles | None:
+        """Frame k, or None after the last one."""
+
+    def count(self) -> int:
+        """How many there are."""
+
+    def close(self) -> None: ...
+
+
+class Single:
+    """The one frame of a file that has no more."""
+
+    def __init__(self, load: Callable[[], Particles], close: Callable[[], None]) -> None:
+        self.load, self.close = load, close
+
+    def frame(self, k: int) -> Particles | None:
+        return self.load() if k == 0 else None
+
+    def count(self) -> int:
+        return 1
+
+
+class Trajectory:
+    """The frames of a text file, one in memory at a time.
+
+    Where each begins is noted on the way, and kept in the cache by path, size and time for the next
+    process.
+
+    Args:
+        read, skip: read the frame that begins where the lines are, or go on to the next one.
+    """
+
+    def __init__(
+        self, lines: Lines, read: Callable[[Lines], Particles], skip: Callable[[Lines], None]
+    ) -> None:
+        self.lines, self.read, self.skip = lines, read, skip
+        self._starts = [Mark(0, 0)]
+        self._count: int | None = None
+        self._key = self._state()
+        self._kept: tuple[int, int | None] | None = None  # what the cache has; None: not asked
+
+    def frame(self, k: int) -> Particles | None:
+        """Frame k, or None after the last one.
+
+        Raises:
+            SceneError: it, or one on the way to it, is no frame.
+        """
+        if not self._find(k):
+            return None
+        self.lines.seek(self._starts[k])
+        found = self.read(self.lines)
+        self._note(k)
+        return found
+
+    def count(self) -> int:
+        while self._count is None:
+            self._find(len(self._starts))
+        return self._count
+
+    def close(self) -> None:
+        # Where frame 1 begins is known to whoever reads frame 0, and not worth a file.
+        if len(self._starts) > 2 and self._state() == self._key:
+            self._keep()
+        self.lines.file.close()
+
+    def _find(self, k: int) -> bool:
+        if k >= len(self._starts):
+            self._recall()
+        while k >= len(self._starts) and self._count is None:
+            self.lines.seek(self._starts[-1])
+            self.skip(self.lines)
+            self._note(len(self._starts) - 1)
+        return k < len(self._starts)
+
+    def _note(self, k: int) -> None:
+        """Notes where frame k + 1 begins, as frame k ends here."""
+        if k + 1 == len(self._starts) and self._count is None:
+            self.lines.skip_blank()
+            if self.lines.peek() is None:
+                self._count = k + 1
+            else:
+                self._starts.append(self.lines.mark())
+
+    def _recall(self) -> None:
+        """Asks the cache, once."""
+        if self._kept is not None:
+            return
+        self._kept = 1, None
+        with suppress(ClrtError):
+            if content := data.kept(data.cache_folder() / self._key):
+                *starts, (count, _) = np.frombuffer(content, np.int64).reshape(-1, 2).tolist()
+                self._kept = len(starts), count or None
+                if len(starts) > len(self._starts):
+                    self._starts = [Mark(*start) for start in starts]
+                self._count = count or self._count
+
+    def _keep(self) -> None:
+        self._recall()
+        if (len(self._starts), self._count) != self._kept:
+            found = np.array([*self._starts, (self._count or 0, 0)], np.int64)
+            with suppress(ClrtError):  # there is no cache: they are found anew next time
+                data.keep(data.cache_folder() / self._key, found.tobytes())
+
+    def _state(self) -> str:
+        """A name in the cache that is another one once the file is changed."""
+        status = os.fstat(self.lines.file.fileno())
+        file = str(self.lines.path.absolute()), status.st_size, status.st_mtime_ns
+        return hashlib.sha256(repr(("starts of frames", *file)).encode()).hexdigest()

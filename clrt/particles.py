@@ -1,0 +1,142 @@
+"""What a file of particles holds: positions, and what is known of each."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from clrt.errors import RequestError
+from clrt.values import Array, check_rows, floats, owned, require, some
+
+HEAVIEST = 118
+"""The largest atomic number."""
+
+
+class Particles:
+    """n particles, kept as arrays that nobody can change. None stands for what is not known.
+
+    Args:
+        positions: (n, 3), in any unit of length. float32 and float64 are kept as they are; others
+            become float64.
+        radii: (n,), or one for all; above 0.
+        colors: (n, 3) sRGB: whole numbers to 255, or floats from 0 to 1. `clrt.color.linear` makes
+            them linear.
+        elements: (n,) atomic numbers; 0 is a particle that is no atom.
+        types: (n,) whole numbers.
+        type_names: that of type t is type_names[t]; None: types are but numbers.
+        values: columns of numbers by name, (n,) each; NaN where nothing is known.
+        cell: (3, 3), a row for each edge of the box that they are in.
+        origin: (3,), the corner of the box that its edges start from.
+
+    An array is kept as it is if nobody else can write to it; else it is copied.
+
+    Raises:
+        SceneError: naming the first value that is wrong.
+    """
+
+    def __init__(
+        self,
+        positions: ArrayLike,
+        radii: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        elements: ArrayLike | None = None,
+        types: ArrayLike | None = None,
+        type_names: tuple[str, ...] | None = None,
+        values: Mapping[str, ArrayLike] | None = None,
+        cell: ArrayLike | None = None,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.positions: Array = floats("positions", positions, 3)
+        self.radii = None if radii is None else self._radii(radii)
+        """(n,) float32 or float64."""
+        self.colors = None if colors is None else self._rows("colors", _colors(colors))
+        """(n, 3) uint8, float32 or float64; sRGB."""
+        self.elements = None if elements is None else self._elements(elements)
+        """(n,) uint8."""
+        self.types = None if types is None else self._types(types, type_names)
+        """(n,) int32."""
+        self.type_names = type_names
+        self.values = {name: self._column(name, one) for name, one in (values or {}).items()}
+        self.cell = None if cell is None else _box("cell", cell, (3, 3))
+        """(3, 3) float64."""
+        self.origin = _box("origin", origin, (3,))
+        """(3,) float64."""
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __repr__(self) -> str:
+        return f"Particles(n={len(self)}, columns={list(self.values)})"
+
+    def column(self, name: str) -> Array:
+        """(n,): that of `values`, or "x", "y", "z" or "radius".
+
+        Raises:
+            RequestError: there is none of this name.
+        """
+        more = {axis: self.positions[:, i] for i, axis in enumerate("xyz")}
+        if self.radii is not None:
+            more["radius"] = self.radii
+        columns = {**more, **self.values}
+        if name not in columns:
+            expected = f"expected a column that there is ({some(columns, 20)})"
+            raise RequestError(f"{expected}, got {name!r}")
+        return columns[name]
+
+    def _rows(self, key: str, array: Array) -> Array:
+        n = len(self)
+        require(array.shape[:1] == (n,), key, f"{n} of them, as positions", array.shape)
+        return array
+
+    def _radii(self, given: ArrayLike) -> Array:
+        radii = floats("radii", given, 1)
+        check_rows("radii", radii > 0, radii, "a finite number above 0")
+        return self._rows("radii", np.broadcast_to(radii, radii.shape or len(self)))
+
+    def _elements(self, given: ArrayLike) -> Array:
+        expected = f"an atomic number from 0 to {HEAVIEST}"
+        found = self._whole("elements", given, (0, HEAVIEST), expected)
+        return owned(found.astype(np.uint8, copy=False))
+
+    def _types(self, given: ArrayLike, names: tuple[str, ...] | None) -> Array:
+        if names is None:
+            found = self._whole("types", given, (-(2**31), 2**31 - 1), "a whole number")
+        else:
+            found = self._whole("types", given, (0, len(names) - 1), "one that has a name")
+        return owned(found.astype(np.int32, copy=False))
+
+    def _whole(self, key: str, given: ArrayLike, limits: tuple[int, int], expected: str) -> Array:
+        array = np.asarray(given)
+        require(array.ndim == 1 and array.dtype.kind in "biuf", key, "whole numbers", array)
+        array = self._rows(key, array)
+        good = (array >= limits[0]) & (array <= limits[1])
+        if array.dtype.kind == "f":
+            good &= np.floor(array) == array
+        check_rows(key, good, array, expected)
+        return array
+
+    def _column(self, name: str, given: ArrayLike) -> Array:
+        array = np.asarray(given)
+        require(array.ndim == 1 and array.dtype.kind in "biuf", name, "numbers (n,)", given)
+        return owned(self._rows(name, array))
+
+
+def _colors(given: ArrayLike) -> Array:
+    array = np.asarray(given)
+    if array.dtype.kind not in "iu":
+        found = floats("colors", array, 3)
+        check_rows("colors", (found >= 0) & (found <= 1), found, "sRGB from 0 to 1")
+        return found
+    require(array.shape[1:] == (3,), "colors", "numbers of shape (n, 3)", given)
+    check_rows("colors", (array >= 0) & (array <= 255), array, "sRGB from 0 to 255")
+    return owned(array.astype(np.uint8, copy=False))
+
+
+def _box(key: str, given: ArrayLike, shape: tuple[int, ...]) -> Array:
+    try:
+        array = np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    good = array.shape == shape and bool(np.isfinite(array).all())
+    require(good, key, f"finite numbers of shape {shape}", given)
+    return owned(array)

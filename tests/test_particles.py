@@ -1,0 +1,222 @@
+"""Particles: checked once, and made of columns by their names."""
+
+import pickle
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import same
+
+import clrt
+from clrt.files.particles.columns import distinct, particles
+
+FOUR = np.arange(12.0).reshape(4, 3)
+
+
+def test_what_nobody_can_change_is_not_copied() -> None:
+    mine, given = FOUR.copy(), FOUR.astype(np.float32)
+    mine.flags.writeable = False
+    assert clrt.Particles(mine).positions is mine
+    kept = clrt.Particles(given, radii=1, values={"speed": given[:, 0]})
+    given[:] = -1
+    assert (kept.positions == FOUR).all()
+    assert kept.positions.dtype == np.float32
+    assert (kept.values["speed"] == FOUR[:, 0]).all()
+    for array in (kept.positions, kept.radii, kept.values["speed"], kept.origin):
+        assert array is not None
+        assert not array.flags.writeable
+
+
+def test_kinds_of_numbers() -> None:
+    found = clrt.Particles(
+        FOUR.astype(">f4"),
+        radii=[1, 2, 3, 4],
+        colors=np.full((4, 3), 200),
+        elements=[1.0, 6, 0, 118],
+        types=np.array([1, 2, 3, 2**31 - 1], np.uint64),
+        values={"id": np.arange(4), "broken": np.array([True, False, True, True])},
+        cell=np.eye(3, dtype=int),
+    )
+    kinds = (found.positions, found.radii, found.colors, found.elements, found.types, found.cell)
+    assert [np.asarray(array).dtype for array in kinds] == ["=f4", "=f8", "u1", "u1", "=i4", "=f8"]
+    assert len(found) == 4
+    assert repr(found) == "Particles(n=4, columns=['id', 'broken'])"
+    assert same(clrt.Particles(np.zeros((0, 3)), radii=2.0).radii, np.zeros(0))
+    assert (pickle.loads(pickle.dumps(found)).positions == found.positions).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"positions": FOUR[:, :2]}, "positions: expected numbers of shape (n, 3), got float64 of"),
+        ({"positions": "x"}, "positions: expected numbers of shape (n, 3), got 'x'"),
+        ({"positions": [[0, 0, np.nan]]}, "positions[0]: expected finite numbers, got [0.0, 0.0, "),
+        ({"radii": [1, 2, 0, 4]}, "radii[2]: expected a finite number above 0, got 0.0"),
+        ({"radii": [1, 2, 3]}, "radii: expected 4 of them, as positions, got (3,)"),
+        ({"radii": [1, np.inf, 3, 4]}, "radii[1]: expected a finite number, got inf"),
+        ({"radii": -1}, "radii: expected a finite number above 0, got -1.0"),
+        ({"colors": np.full((4, 3), 1.5)}, "colors[0]: expected sRGB from 0 to 1, got [1.5,"),
+        ({"colors": np.full((4, 3), 256)}, "colors[0]: expected sRGB from 0 to 255, got [256,"),
+        ({"colors": np.zeros((4, 4), np.uint8)}, "colors: expected numbers of shape (n, 3), got u"),
+        ({"colors": np.zeros((3, 3), np.uint8)}, "colors: expected 4 of them, as positions, got ("),
+        ({"elements": [1, 2, 3, 119]}, "elements[3]: expected an atomic number from 0 to 118, got"),
+        ({"elements": [1, 2, 3.5, 1]}, "elements[2]: expected an atomic number from 0 to 118, got"),
+        ({"elements": ["H"] * 4}, "elements: expected whole numbers, got <U1 of (4,)"),
+        ({"types": [1, 2, np.nan, 1]}, "types[2]: expected a whole number, got nan"),
+        ({"types": [0, 1, 2, 0], "type_names": ("A", "B")}, "types[2]: expected one that has a na"),
+        ({"values": {"v": np.zeros((4, 3))}}, "v: expected numbers (n,), got float64 of (4, 3)"),
+        ({"values": {"v": ["a"] * 4}}, "v: expected numbers (n,), got ['a', 'a', 'a', 'a']"),
+        ({"values": {"v": [1, 2]}}, "v: expected 4 of them, as positions, got (2,)"),
+        ({"cell": [1, 2, 3]}, "cell: expected finite numbers of shape (3, 3), got [1, 2, 3]"),
+        ({"cell": np.full((3, 3), np.inf)}, "cell: expected finite numbers of shape (3, 3), got f"),
+        ({"origin": "here"}, "origin: expected finite numbers of shape (3,), got 'here'"),
+    ],
+)
+def test_wrong_values_are_named(change: dict[str, Any], said: str) -> None:
+    with pytest.raises(clrt.SceneError) as caught:
+        clrt.Particles(**{"positions": FOUR, **change})
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_column() -> None:
+    found = clrt.Particles(FOUR, radii=2, values={"speed": [1, 2, 3, 4]})
+    assert (found.column("z") == FOUR[:, 2]).all()
+    assert (found.column("radius") == 2).all()
+    assert (found.column("speed") == [1, 2, 3, 4]).all()
+    with pytest.raises(clrt.RequestError) as caught:
+        found.column("spede")
+    there = "'x', 'y', 'z', 'radius', 'speed'"
+    assert str(caught.value) == f"expected a column that there is ({there}), got 'spede'"
+
+
+def made(**columns: Any) -> clrt.Particles:
+    return particles({name: np.asarray(given) for name, given in columns.items()}, "a")
+
+
+XYZ = {"x": [0.0, 1], "y": [2.0, 3], "z": [4.0, 5]}
+
+
+def test_names_of_columns() -> None:
+    for columns in (XYZ, {"X": XYZ["x"], "Y": XYZ["y"], "Z": XYZ["z"]}):
+        assert (made(**columns).positions == [[0, 2, 4], [1, 3, 5]]).all()
+    for name in ("positions", "position", "pos", "xyz", "Position"):
+        assert len(made(**{name: FOUR})) == 4
+    assert same(made(**XYZ, radius=[1, 2]).radii, [1, 2])
+    assert same(made(**XYZ, r=3).radii, 3)
+    assert same(made(**XYZ, Diameter=[1, 2]).radii, [0.5, 1])
+    # r, g and b are colours together, and r alone is a radius.
+    found = made(**XYZ, r=[0, 255], g=[1, 2], b=[3, 4], radius=[1, 2])
+    assert same(found.colors, [[0, 1, 3], [255, 2, 4]])
+    assert found.colors is not None
+    assert found.colors.dtype == np.uint8
+    found = made(**XYZ, red=[0.5, 1], green=[0, 0], blue=[0, 0])
+    assert same(found.colors, np.array([[0.5, 0, 0], [1, 0, 0]]))
+    assert made(**XYZ, color=[1.0, 2.0], name=[3, 4]).values.keys() == {"color", "name"}
+    found = made(**XYZ, Temperature=[1, 2], ID=[7, 8])
+    assert found.values.keys() == {"Temperature", "ID"}
+    assert found.radii is None
+    assert found.colors is None
+
+
+def test_floats_that_are_bytes() -> None:
+    def colors(*red: float) -> np.ndarray:
+        return np.asarray(made(**XYZ, red=red, green=[0.0, 0.0], blue=[0.0, 0.0]).colors)
+
+    assert colors(0.0, 255.0).dtype == np.uint8
+    assert colors(0.0, 1.0).dtype == np.float64
+    for wrong in (256.0, 1.5, np.nan, -1.0, np.inf):
+        with pytest.raises(clrt.SceneError, match=r"colors\[1\]: expected"):
+            colors(0.0, wrong)
+
+
+@pytest.mark.parametrize(
+    ("columns", "numbers", "types", "names"),
+    [
+        ({"numbers": [6, 1]}, [6, 1], None, None),
+        ({"species": ["C", "h"]}, [6, 1], None, None),
+        ({"elements": np.array([b"Cl", b"NA"])}, [17, 11], None, None),
+        ({"species": ["B", "A"]}, None, [1, 0], ("A", "B")),
+        ({"species": ["C", "C12"]}, [6, 6], None, None),
+        ({"element": ["A", "B"], "type": [5, 6]}, None, [5, 6], None),
+        ({"type": [1, 2]}, None, [1, 2], None),
+        ({"type": ["O", "H"]}, [8, 1], [1, 0], ("H", "O")),
+        ({"type": ["Å", "many_letters"]}, None, [1, 0], ("many_letters", "Å")),
+        ({"name": ["CA", "OW"]}, [6, 8], None, None),
+        ({"name": ["bead", "W1"]}, None, None, None),
+        ({"mass": [12.011, 1.008]}, [6, 1], None, None),
+        ({"mass": [1.0, 1.0]}, None, None, None),
+        ({"mass": [12.0, 15.035], "name": ["CA", "CB"]}, [6, 6], None, None),
+        ({"numbers": [8, 8], "mass": [12.011, 1.008]}, [8, 8], None, None),
+    ],
+)  # fmt: skip
+def test_elements_and_types(
+    columns: dict[str, Any],
+    numbers: list[int] | None,
+    types: list[int] | None,
+    names: tuple[str, ...] | None,
+) -> None:
+    found = made(**XYZ, **columns)
+    assert (found.elements is None) == (numbers is None)
+    assert numbers is None or same(found.elements, numbers)
+    assert (found.types is None) == (types is None)
+    assert types is None or same(found.types, types)
+    assert found.type_names == names
+    assert found.values.keys() == columns.keys() & {"mass"}
+
+
+def test_distinct_names_are_in_order() -> None:
+    random = np.random.default_rng(1)
+    for names in (["C", "Ca", "H", "", "12345678"], ["a", "Zz", "b" * 40], ["é", "e"]):
+        which = random.integers(0, len(names), 500)
+        for array in (np.array(names)[which], np.char.encode(np.array(names), "utf-8")[which]):
+            kinds, index = distinct(array)
+            assert np.char.encode(kinds).tolist() == sorted(name.encode() for name in names)
+            assert [kinds[i] for i in index] == [names[i] for i in which]
+
+
+def test_what_is_not_used_is_said_once() -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(3):
+            made(**XYZ, label=["a", "b"], forces=np.zeros((2, 3)), time=1.0)
+    said = [str(warning.message) for warning in caught]
+    assert said == [
+        f"a: {name}: is not used, expected numbers of shape (2,)"
+        for name in ("label", "forces", "time")
+    ]
+
+
+def test_no_positions() -> None:
+    with pytest.raises(clrt.SceneError, match=r"^a: expected columns x, y and z or positions \(n"):
+        made(x=[1], y=[2])
+    with pytest.raises(clrt.SceneError, match="got 'positions'"):
+        made(positions=[1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"x": ["a", "b"]}, "a: positions: expected numbers of shape (n, 3), got"),
+        ({"diameter": ["a", "b"]}, "a: radii: expected numbers of shape (n,) or one number, got"),
+        ({"radius": [1, 2, 3]}, "a: radii: expected 2 of them, as positions, got (3,)"),
+        ({"species": ["H"] * 3}, "a: elements: expected 2 of them, as positions, got (3,)"),
+        ({"type": ["A"] * 3}, "a: types: expected 2 of them, as positions, got (3,)"),
+        ({"type": [[1, 2], [3, 4]]}, "a: types: expected whole numbers, got int64 of (2, 2)"),
+        ({"type": [1, 1.5]}, "a: types[1]: expected a whole number, got 1.5"),
+    ],
+)
+def test_columns_that_do_not_fit(columns: dict[str, Any], said: str) -> None:
+    with pytest.raises(clrt.SceneError) as caught:
+        made(**{**XYZ, **columns})
+    assert str(caught.value).startswith(said)
+
+
+def test_types_without_a_name() -> None:
+    columns = {"pos": FOUR[:2], "type": np.array([0, 2])}
+    with pytest.raises(
+        clrt.SceneError, match=r"a: types\[1\]: expected one that has a name, got 2"
+    ):
+        particles(columns, "a", type_names=("C", "H"))
