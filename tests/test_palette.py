@@ -38,7 +38,7 @@ def test_values_are_matplotlibs(name: str, clim: tuple[float, float] | None) -> 
     values = np.random.default_rng(1).normal(size=3000)
     values[:4] = -1e300, 1e300, np.inf, -np.inf
     finite = values[np.isfinite(values)]
-    norm = matplotlib.palette.Normalize(*(clim or (finite.min(), finite.max())))
+    norm = matplotlib.colors.Normalize(*(clim or (finite.min(), finite.max())))
     theirs = 255 * matplotlib.colormaps[name](norm(values))[:, :3]
     assert abs(palette.of_values(values, name, clim) - theirs).max() <= 0.5
 
