@@ -169,3 +169,19 @@ def test_split_is_needed_only_where_a_surface_does_both() -> None:
     )
     both = with_glass(BALL, fresnel=True)
     assert pack.features(pack.pack_world(both, "robust"), both, 16, "float").split
+
+
+@pytest.mark.parametrize("precision", ["robust", "double"])
+def test_a_background_shows_through_glass(device: cl.Device, precision) -> None:
+    film = clrt.Film(background=(0.2, 0.5, 0.9))
+    scene = replace(with_glass(BALL, at(MIDDLE, 0.3, "air"), fresnel=True), film=film)
+    truth = reference.trace(scene, *SIZE)
+    renderer = renderer_for(device, 16, precision)
+    image = renderer.render(scene, *SIZE)
+    _, passes = renderer.render(scene, *SIZE, passes=("id",))
+    error = abs(np.clip(image, 0, 1) - np.clip(truth.image, 0, 1)).max(axis=2)
+    assert (error > 1 / 1020).sum() <= 2
+    assert np.median(error) < 1e-6
+    assert (passes["id"] == truth.id).mean() > 0.9998
+    alpha = renderer.render(scene, *SIZE, alpha=True)
+    assert (alpha[..., 3] == (passes["id"] >= 0)).all()  # glass counts as hit
