@@ -56,7 +56,8 @@ def test_hard_cases(device: cl.Device, case: HardCase, precision) -> None:
     assert ((image[..., 3] == 1) == (sphere >= 0)).all()
     assert set(np.unique(image[..., 3])) <= {0, 1}
     assert (image[..., :3] == renderer.render(case.scene, *case.size)).all()
-    trace = reference.trace(case.scene, *case.size, "exact", case.dtype)
+    seen = replace(case.scene, max_depth=1, lights=())  # what the camera meets: quick
+    trace = reference.trace(seen, *case.size, "exact", case.dtype)
     flips = sphere != trace.id
     assert flips.sum() <= case.flips
     assert not (flips & ~metrics.edges(trace.id)).any()
