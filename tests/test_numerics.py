@@ -226,6 +226,5 @@ def test_made_up_glass(device: cl.Device, scene: Scene) -> None:
 def test_made_up_scenes(device: cl.Device, scene: Scene) -> None:
     case = HardCase("made up", "", scene, size=(48, 32), dtype=np.longdouble, flips=9)
     for precision in ("robust", "double"):
-        for lanes in HARD_LANES:
-            image = renderer_of(device, precision, lanes).render(scene, *case.size)
-            assert not faults(case, image, precision)
+        image = renderer_of(device, precision, 16).render(scene, *case.size)
+        assert not faults(case, image, precision)
