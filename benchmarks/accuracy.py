@@ -120,7 +120,7 @@ def plot(points: list[dict[str, Any]], path: Any) -> None:
         "literal": "tab:red",
         "double": "tab:blue",
     }
-    marks = dict(zip(dict.fromkeys(p["scene"] for p in points), "osD", strict=False))
+    marks = dict(zip(dict.fromkeys(p["scene"] for p in points), "osD^v", strict=True))
     for point in points:
         lanes = point["lanes"]
         axes.scatter(
