@@ -49,11 +49,10 @@ def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floatin
     real: np.longdouble, or np.float64 of many.
     """
     find = _first_beside if camera.orthographic else _first_ahead
-    first = np.full(2, np.inf, real)
-    for center, radius, _ in _seen(camera, spheres, real):
-        first = np.minimum(first, find(center, radius, screen.astype(real)))
-    found = first[0] if np.isfinite(first[0]) else first[1]
-    return found if np.isfinite(found) else real(0)
+    seen = _seen(camera, spheres, real)
+    firsts = [find(center, radius, screen.astype(real)) for center, radius, _ in seen]
+    # The best that there is: of those that count, then of all.
+    return next(filter(np.isfinite, np.min(firsts, axis=0)), real(0)) if firsts else real(0)
 
 
 def _seen(
@@ -68,7 +67,7 @@ def _seen(
 
 
 def _first_ahead(center: Array, radius: Array, screen: Array) -> Array:
-    """Where a perspective camera can meet the first of some spheres, twice, a little before."""
+    """Where a perspective camera can meet the first of some spheres, a little before: (1,)."""
     corner = np.hypot(*screen)  # the distance of the screen's corners from its middle
     distance = np.linalg.norm(center, axis=1)
     outside = distance > radius  # from inside a sphere cannot be seen
@@ -80,13 +79,13 @@ def _first_ahead(center: Array, radius: Array, screen: Array) -> Array:
     met = half_chord2 > 0
     first = (distance * np.cos(off))[met] - np.sqrt(half_chord2[met])
     # From there what is seen is as wide as far, as through a lens of 90 degrees.
-    found: Array = np.maximum(np.repeat(first.min(initial=np.inf), 2) * (1 - corner), 0)
+    found: Array = np.maximum([first.min(initial=np.inf) * (1 - corner)], 0)
     return found
 
 
 def _first_beside(center: Array, radius: Array, screen: Array) -> Array:
     """Where an orthographic camera can meet the first of some spheres, a little before: of those
-    that are smaller than the picture, and of all."""
+    that are smaller than the picture, and of all: (2,)."""
     met, entry = _entries(center, radius, screen)
     corner = np.hypot(*screen)
     ends = [some.min(initial=np.inf) for some in (entry[radius[met] <= 2 * corner], entry)]

@@ -88,7 +88,9 @@ class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=
 
 
 Light = PointLight
-LightKind: TypeAlias = PointLight | DirectionalLight | SpotLight | AmbientLight
+Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
+"""What casts shadows."""
+LightKind: TypeAlias = Shining | AmbientLight
 LIGHT_KINDS: tuple[type[LightKind], ...] = get_args(LightKind)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from clrt import glass, lens
 from clrt.errors import RequestError
-from clrt.light import AmbientLight, DirectionalLight, LightKind, PointLight, SpotLight
+from clrt.light import AmbientLight, DirectionalLight, LightKind, Shining, SpotLight
 from clrt.scene import Camera, Material, Scene
 from clrt.spheres import Sphere, Spheres
 from clrt.values import BLACK
@@ -122,7 +122,6 @@ VEIL: dict[Real, float] = {np.float32: 2.0**23, np.float64: 2.0**40}
 """A veil's unit, see veiled() of sphere.cl."""
 MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
-Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 COLORS = ("ambient", "diffuse", "specular")
 AXES = ("right", "up", "back")
 
@@ -142,7 +141,7 @@ def medium_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype([("sphere", np.int32), ("order", np.int32), ("ior", real)], align=True)
 
 
-def sphere_dtype(real: Real, glass: bool = False) -> np.dtype[Any]:
+def sphere_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
     return np.dtype(
         [
             ("anchor", real, 3),
@@ -154,14 +153,14 @@ def sphere_dtype(real: Real, glass: bool = False) -> np.dtype[Any]:
             ("horizon", real),
             ("giant", np.int32),
             ("material", np.int32),
-            *[("glass", glass_dtype(real))] * glass,
+            *[("glass", glass_dtype(real))] * transparent,
         ],
         align=True,
     )
 
 
-def material_dtype(real: Real, glass: bool = False) -> np.dtype[Any]:
-    names = ("exponent", "reflection", *("transmission", "ior", "fresnel") * glass)
+def material_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
+    names = ("exponent", "reflection", *("transmission", "ior", "fresnel") * transparent)
     return np.dtype([(name, real) for name in names], align=True)
 
 
@@ -186,7 +185,7 @@ class World:
 
     given: Sequence[Sphere]
     lights: Sequence[LightKind]
-    shining: "tuple[Shining, ...]"
+    shining: tuple[Shining, ...]
     """The lights that cast shadows."""
     materials: dict[str, Material]
     precision: Precision
@@ -330,15 +329,13 @@ def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features
     if world.nest and world.precision == "literal":
         raise RequestError("precision: literal knows no transmission, expected robust or double")
     used = world.materials.values()
-    within = len(_media(world, scene.camera)) > 0
     return Features(
         lanes,
         world.precision,
         film,
         reflection=_goes_on(world, scene),
         orthographic=scene.camera.orthographic,
-        # From inside glass its far side is seen, however near it is.
-        long_lens=lens.is_long(scene.camera) and world.precision != "literal" and not within,
+        long_lens=_has_long_lens(world, scene.camera),
         light_inside=len(world.light_inside) > 0,
         tree=world.tree,
         sphere_colors=world.colors is not None,
@@ -350,6 +347,13 @@ def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
         background=_shows_background(world, scene),
     )
+
+
+def _has_long_lens(world: World, camera: Camera) -> bool:
+    """Whether rays start ahead of the camera. From inside glass its far side is seen, however near
+    it is."""
+    known = world.precision != "literal"
+    return known and lens.is_long(camera) and not len(_media(world, camera))
 
 
 def _media(world: World, camera: Camera) -> Array:
@@ -378,8 +382,9 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     and treats no sphere in a special way. Everything is rounded once.
 
     With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold. Nodes,
-    leaves and shape are None: clrt.opencl.tree makes them. So is `lost`, how many rays needed more
-    room than they have in glass, two numbers: see enter() of glass.cl, and Aside of render.cl.
+    leaves and shape are None: clrt.opencl.tree makes them. So is `lost`, in how many packets rays
+    needed more room than they have in glass, two numbers: see enter() of glass.cl, and Aside of
+    render.cl.
     """
     literal = world.precision == "literal"
     # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
@@ -390,9 +395,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     origin = np.zeros(3, wide) if literal else eye
     screen = lens.half_screen(scene.camera, width, height)
     ahead = wide(0)  # how far from the camera rays start
-    media = _media(world, scene.camera)
-    far = lens.is_long(scene.camera) and not len(media)
-    if (scene.camera.orthographic or far) and not literal:
+    is_beside = scene.camera.orthographic and not literal
+    if is_beside or _has_long_lens(world, scene.camera):
         ahead = lens.start(scene.camera, world.spheres, screen, np.float64 if world.tree else wide)
         origin = origin - ahead * basis[2]
 
@@ -460,6 +464,7 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     if world.colors is not None:
         found["sphere_colors"] = world.colors
     if world.nest:
+        media = _media(world, scene.camera)
         around = np.zeros(world.nest, medium_dtype(real))
         around[: len(media)] = media[: world.nest]
         found |= {"around": around, "lost": None}
@@ -589,7 +594,7 @@ def _pack_spheres(
     bias: float,
     real: Real,
     literal: bool = False,
-    glass: bool = False,
+    transparent: bool = False,
 ) -> Array:
     """Spheres from centres (n, 3) in camera space and radii (n,), of about unit extent.
 
@@ -603,7 +608,7 @@ def _pack_spheres(
     offset = np.where(giant[:, np.newaxis], anchor - center, 0)
     flat = np.minimum(radius, MAX_RADIUS)
 
-    spheres = np.zeros(len(radius), sphere_dtype(real, glass))
+    spheres = np.zeros(len(radius), sphere_dtype(real, transparent))
     spheres["anchor"] = anchor
     spheres["offset"] = (flat / radius)[:, np.newaxis] * offset
     above = np.linalg.norm(offset, axis=1) - radius  # the anchor, above the surface

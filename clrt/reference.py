@@ -22,12 +22,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
-from clrt.light import AmbientLight, DirectionalLight, PointLight, SpotLight
+from clrt.light import AmbientLight, DirectionalLight, Shining, SpotLight
 from clrt.scene import Camera, Scene
 from clrt.spheres import Spheres
 
 Truth: TypeAlias = Literal["seed", "exact"]
-Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
 Array: TypeAlias = NDArray[Any]
 
 CHUNK_PIXELS = 1 << 16  # pixels traced at a time: what they need stays in the cache

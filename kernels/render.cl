@@ -1,11 +1,11 @@
 // Render: the kernel. A work-item follows the paths of one packet of pixels (paper, section 11.11).
 //
-// The host defines REFLECTION if a path can go on after its first hit: a material reflects and
-// max_depth is more than 1, AMBIENT if there is ambient light: it reaches every hit, so that a path
-// goes on in shadow, and BACKGROUND if rays that leave the scene after a mirror see something there.
-// What the camera sees of it directly the host adds (clrt/film.py). The other things that a scene
-// may have or not are said of in camera.cl, sphere.cl and shading.cl; everything else about it is
-// run-time data.
+// The host defines REFLECTION if a path can go on after its first hit: a material reflects or
+// transmits, and max_depth is more than 1; AMBIENT if there is ambient light: it reaches every hit,
+// so that a path goes on in shadow; and BACKGROUND if rays that leave the scene after a mirror or
+// glass see something there. What the camera sees of it directly the host adds (clrt/film.py). The
+// other things that a scene may have or not are said of in camera.cl, sphere.cl, glass.cl and
+// shading.cl; everything else about it is run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
@@ -49,11 +49,14 @@
 #define ORIGIN_IN_COMMON true
 #endif
 
-// The lanes that have hit a sphere from outside, which is what is shaded.
+// The lanes that have hit a sphere from outside, which is what is shaded, and the first light to look
+// at: where all lanes are at a far side, none.
 #ifdef NEST
 #define SHOWN on
+#define FIRST_LIGHT (ANY(on) ? 0 : light_count)
 #else
 #define SHOWN (hit.sphere >= 0)
+#define FIRST_LIGHT 0
 #endif
 
 // NEST: the far sides that rays meet before `hit`.
@@ -257,11 +260,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             color = pick3(reached, along(color, weight, light), color);
         }
 #endif
-#ifdef NEST
-        for (int k = ANY(on) ? 0 : light_count; k < light_count; k++) {
-#else
-        for (int k = 0; k < light_count; k++) {
-#endif
+        for (int k = FIRST_LIGHT; k < light_count; k++) {
             Vector to_light = minus(splat(lights[k].position), ray.origin);
             reals distance2 = dot3(to_light, to_light);
             reals inv_distance = inverse_sqrt(distance2);
@@ -302,8 +301,8 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                 lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
                                          splat(lights[k].position), lit);
 #else
-        lit &= !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
-                         sphere_count);
+            lit &= !occluded(shadow, distance2 * inv_distance, encloses + k * sphere_count, spheres,
+                             sphere_count);
 #endif
 #ifdef FILM_PATHS
 #ifdef NEST

@@ -170,8 +170,8 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
 }
 
 // Whether some sphere stands between the ray's origin and the light, which is `distance` away (NEST:
-// how much of it the spheres in between take, see veiled()). A
-// light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff
+// how much of it the spheres in between take, see veiled()).
+// A light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff
 // it is beyond their middle, -b, half a chord from either. Which spheres the light is inside of,
 // `encloses`, the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t +
 // c at the light is off by 2^-24 distance^2.

@@ -160,7 +160,7 @@ static uint lane_bits(ints mask) {
 #define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
 #endif
 
-static Hit closer_of(Hit hit, ints met, reals distance, int id) {
+static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
     ints mask =
         met & ((distance < hit.distance) | ((distance == hit.distance) & (id < hit.sphere)));
     hit.distance = PICK(mask, distance, hit.distance);
@@ -233,10 +233,7 @@ static Hit far_sides(Hit hit, Ray ray, __global const Bead *beads, __global cons
         Quadratic q = {b, c, delta};
         // Of those in the list beside the tree the radius is NaN.
         ints in = (sphere >= 0) & (gathered[3] > 0);
-        reals distance = way_out(q, ray.leaves == sphere);
-        in &= (distance < hit.distance) | ((distance == hit.distance) & (sphere < hit.sphere));
-        hit.distance = PICK(in, distance, hit.distance);
-        hit.sphere = PICK_INT(in, sphere, hit.sphere);
+        hit = closer_of(hit, in, way_out(q, ray.leaves == sphere), sphere);
     }
     for (int s = 0; s < sphere_count; s++) {
         ints in = is_inside(ray, ids[s]);
