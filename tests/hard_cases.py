@@ -646,6 +646,22 @@ def lit_by(*lights: LightKind, base: Scene = BASE) -> Scene:
     return replace(base, lights=lights)
 
 
+def under(spot: SpotLight) -> Scene:
+    """`BASE` with the disc that a narrow spot lights filling half the picture."""
+    lamp, aim, eye = (np.array(v) for v in (spot.position, spot.look_at, BASE.camera.position))
+    axis = (aim - lamp) / np.linalg.norm(aim - lamp)
+    roots = []
+    for sphere in BASE.spheres:
+        away = lamp - np.array(sphere.center)
+        b, c = away @ axis, away @ away - sphere.radius**2
+        if b < 0 < b * b - c:
+            roots.append(-b - math.sqrt(b * b - c))
+    x, y, z = lamp + min(roots) * axis
+    width = 4 * min(roots) * math.tan(math.radians(spot.outer_angle))
+    fov = 2 * math.degrees(math.atan(width / 2 / np.linalg.norm((x, y, z) - eye)))
+    return seen_from(BASE.camera.position, (float(x), float(y), float(z)), fov=fov)
+
+
 def light_cases() -> Iterable[HardCase]:
     """Lights of all kinds, and Phong's highlight. In double all are off by less than 1e-7."""
 
@@ -687,7 +703,8 @@ def light_cases() -> Iterable[HardCase]:
         ("0-180", "dark in one direction only", 180.0, 0.0, QUARTER_STEP),
     ):
         spot = SpotLight(above, (-0.1, -0.2, -0.4), outer_angle=outer, inner_angle=inner)
-        yield case(f"spot-{name}", reason, spot, error=error)
+        base = under(spot) if outer < 1 else BASE
+        yield case(f"spot-{name}", reason, spot, base=base, error=error)
     fading = SpotLight(above, (-0.1, -0.2, -0.4), attenuation=(0.2, 0.1, 0.3), outer_angle=30.0)
     yield case("spot-and-attenuation", "both, and a light that is neither", fading, SUN)
     away = SpotLight((5.0, 5.0, 5.0), (9.0, 9.0, 9.0))
@@ -784,7 +801,9 @@ def orthographic_cases() -> Iterable[HardCase]:
         ("no-size", beside((0.0, 0.0, 1.0), height=1e300), "a pixel is wider than float32 can be"),
         ("point", beside((0.0, 0.0, 1.0), height=1e-300), "all pixels are one"),
     ):
-        yield HardCase(f"orthographic-{name}", reason, scene, dtype=np.longdouble)
+        # Ambient light, so that backs and what is far away show.
+        lit = replace(scene, lights=(*scene.lights, AmbientLight((0.5, 0.5, 0.5))))
+        yield HardCase(f"orthographic-{name}", reason, lit, dtype=np.longdouble)
     for radius in (1e5, 1e7, 1e9):
         for name, up in (("", UP), ("-tilted", TILTED)):
             yield HardCase(

@@ -185,3 +185,69 @@ def test_a_background_shows_through_glass(device: cl.Device, precision) -> None:
     assert (passes["id"] == truth.id).mean() > 0.9998
     alpha = renderer.render(scene, *SIZE, alpha=True)
     assert (alpha[..., 3] == (passes["id"] >= 0)).all()  # glass counts as hit
+
+
+CHORD = """
+__kernel void chord(__global const Sphere *spheres, __global const LANES_OF(FLOATING) *rays,
+                    __global LANES_OF(FLOATING) *found) {
+    int i = get_global_id(0);
+    rays += 6 * i;
+    Ray ray = {vector(rays[0], rays[1], rays[2]), vector(rays[3], rays[4], rays[5]), 0, -1};
+    found[i] = way_out(quadratic(ray, spheres), (ints)(-1));
+}
+"""
+
+
+@pytest.mark.parametrize(("radius", "away"), [(1.0, 3.0), (0.01, 1.0), (1e-4, 1.0), (1e3, 1.0)])
+@pytest.mark.parametrize("precision", ["robust", "double"])
+def test_a_chord_ends_on_its_sphere(
+    device: cl.Device, precision, radius: float, away: float
+) -> None:
+    """Off it by no more than 4 units in the last place of |P| + t, for rays into a sphere from its
+    own surface, steep and grazing; `away`: of its surface from the camera."""
+    real = PRECISIONS[precision]
+    wide, u = np.longdouble, np.finfo(real).eps / 2
+    random = np.random.default_rng(8)
+    n = 1 << 16
+    center = np.array([[0.0, 0.0, -(radius + away)]], wide)
+    sphere = pack._pack_spheres(center, np.array([radius], wide), 0.0, real, transparent=True)
+    out, aside = (v / np.linalg.norm(v, axis=0) for v in random.normal(size=(2, 3, n)))
+    if radius > 4 * away:  # a giant: near the camera
+        out = np.array([[0.0], [0.0], [1.0]]) + random.uniform(-1, 1, (3, n)) / radius
+        out /= np.linalg.norm(out, axis=0)
+    aside -= (aside * out).sum(axis=0) * out
+    cosine = 10 ** random.uniform(-4, 0, n)
+    direction = aside / np.linalg.norm(aside, axis=0) * np.sqrt(1 - cosine**2) - cosine * out
+    direction /= np.linalg.norm(direction, axis=0)
+    point = (center.T + radius * out.astype(wide)).astype(real)
+    rays = np.concatenate([point, direction.astype(real)])
+    blocks = np.ascontiguousarray(rays.reshape(6, -1, 16).transpose(1, 0, 2))
+    found = np.empty((n // 16, 16), real)
+    flags = [*options(16, precision), "-DNEST=1"]
+    run_kernel(device, CHORD, "chord", flags, n // 16, (sphere, blocks), found)
+    chord = found.reshape(n).astype(wide)
+    along = rays[3:].astype(wide) / np.linalg.norm(rays[3:].astype(wide), axis=0)
+    end = point.astype(wide) + chord * along
+    off = abs(np.linalg.norm(end - center.T, axis=0) - np.linalg.norm(point - center.T, axis=0))
+    unit = u * (np.linalg.norm(point.astype(wide), axis=0) + chord)
+    assert (chord > -4 * unit).all()  # not far back where the point itself is rounded inward
+    assert (off / unit).max() <= 4
+
+
+def test_a_ball_deviates_by_twice_the_difference_of_the_angles() -> None:
+    """The reference itself, into a ball and out of it: 2 (ti - tt)."""
+    angle = np.linspace(0.01, 1.5, 500)
+    n = angle.size
+    inward = np.stack([np.sin(angle), np.zeros(n), -np.cos(angle)])
+    normal = np.repeat([[0.0], [0.0], [1.0]], n, axis=1)
+    glass, air = np.full(n, 1.5), np.ones(n)
+    inside, total, _ = reference._refracted(inward, normal, air, glass)
+    assert not total.any()
+    chord = -2 * (inside * normal).sum(axis=0)
+    far = normal + chord * inside  # on the unit ball
+    outward, total, _ = reference._refracted(inside, -far, glass, air)
+    assert not total.any()
+    deviation = np.arctan2(
+        np.linalg.norm(np.cross(inward, outward, axis=0), axis=0), (inward * outward).sum(axis=0)
+    )
+    assert deviation == pytest.approx(2 * (angle - np.arcsin(np.sin(angle) / 1.5)), abs=1e-12)
