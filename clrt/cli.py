@@ -11,17 +11,20 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import click
 
 from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
 
 if TYPE_CHECKING:
+    from msgspec import Struct
     from tqdm import tqdm
 
     from clrt.renderer import Region
     from clrt.values import Color
+
+T = TypeVar("T", bound="Struct")
 
 
 def say(text: str) -> None:
@@ -84,6 +87,16 @@ def in_scene(name: str) -> Iterator[None]:
         raise SceneError(f"{name}: {error}") from None
 
 
+def changed(given: T, **options: Any) -> T:
+    """A scene, or a part of one, with what options say in place of its own values."""
+    from msgspec.structs import replace
+
+    try:
+        return replace(given, **{key: value for key, value in options.items() if value is not None})
+    except ValueError as error:
+        raise RequestError(str(error)) from None
+
+
 class Progress:
     """A bar of tqdm's on stderr, for work that takes longer than it takes to import tqdm."""
 
@@ -127,6 +140,12 @@ def main() -> None:
 
 
 RENDERING_OPTIONS = (
+    click.option(
+        "--samples",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="The most that a pixel gets; default: the scene's.",
+    ),
     click.option(
         "--precision",
         type=click.Choice(["robust", "literal", "double"]),
@@ -246,6 +265,7 @@ def render(
     transfer: str | None,
     passes: str | None,
     bits: int | None,
+    samples: int | None,
     precision: Any,
     lanes: int | None,
     device: str | None,
@@ -261,12 +281,11 @@ def render(
       clrt render first-result -o small.jpg --width 480 --height 270
       clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
       clrt render -o left.png --region 0 0 1920 2160
+      clrt render -o smooth.png --samples 64
       clrt render my.toml -o cut-out.png --transparent --transfer srgb
       clrt render my.toml -o all.exr --passes depth,normal,id
     """
     started = time.perf_counter()
-    from msgspec.structs import replace
-
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
     from clrt.files.scenefile import load_scene
     from clrt.opencl.device import label
@@ -278,13 +297,14 @@ def render(
     check_suffix(output)
     check_apart(output, Path(scene))
     loaded = load_scene(scene)
-    changes: dict[str, Any] = {"max_depth": max_depth, "shadow_bias": shadow_bias}
     look = {"background": background, "transfer": transfer, "transparent": transparent or None}
-    try:
-        changes["film"] = replace(loaded.film, **{k: v for k, v in look.items() if v is not None})
-        loaded = replace(loaded, **{key: v for key, v in changes.items() if v is not None})
-    except ValueError as error:
-        raise RequestError(str(error)) from None
+    loaded = changed(
+        loaded,
+        max_depth=max_depth,
+        shadow_bias=shadow_bias,
+        samples=samples,
+        film=changed(loaded.film, **look),
+    )
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
@@ -384,6 +404,7 @@ def animate(
     width: int,
     height: int,
     crf: int,
+    samples: int | None,
     precision: Any,
     lanes: int | None,
     device: str | None,
@@ -411,7 +432,7 @@ def animate(
     from clrt.renderer import Renderer
 
     output = output or Path(f"{Path(scene).stem}.mp4")
-    loaded = load_scene(scene)
+    loaded = changed(load_scene(scene), samples=samples)
     with in_scene(scene):
         every = animation.all_frames(loaded)
     assert loaded.animation is not None  # or it would have no frames

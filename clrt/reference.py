@@ -8,7 +8,10 @@ Two truths (docs/accuracy.md):
 - ``"seed"``: the paper to the letter. A hit point is lifted off its surface by the scene's
   ``shadow_bias`` along the normal, and the sphere it lies on is tested like any other.
 - ``"exact"``: the geometry with no bias. A ray never hits the sphere it leaves, and a light behind
-  the surface (N.L < 0) does not reach it.
+  the surface (N.L < 0) does not reach it. There is one ray a pixel, whatever `samples` is.
+
+What spreads over many directions (round lights, occlusion, lenses, rough mirrors, indirect light)
+is held against closed forms instead: neither truth knows it.
 
 Written to be read beside the paper's sections 11.2 to 11.11, not to be fast. Vectors are arrays of
 shape (3, n), one column a ray.
@@ -23,7 +26,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
 from clrt.light import AmbientLight, DirectionalLight, Shining, SpotLight
-from clrt.scene import Camera, Scene
+from clrt.scene import Camera, Scene, beyond_one_ray, beyond_paper
 from clrt.spheres import Spheres
 
 Truth: TypeAlias = Literal["seed", "exact"]
@@ -85,12 +88,15 @@ def trace(
             (n, 3) and its paths (n,); default: all of them.
 
     Raises:
-        RequestError: there is no such truth or pixel.
+        RequestError: there is no such truth or pixel, or the truth does not know something of the
+            scene.
     """
     if truth not in ("seed", "exact"):
         raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
-    if truth == "seed" and any(m.transmission > 0 for m in scene.materials.values()):
-        raise RequestError("truth: 'seed' knows no transmission, expected 'exact'")
+    if key := beyond_one_ray(scene):
+        raise RequestError(f"truth: {truth!r} knows no {key}: closed forms are the truth there")
+    if truth == "seed" and (key := beyond_paper(scene)):
+        raise RequestError(f"truth: 'seed' knows no {key}, expected 'exact'")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     x, y = _screen(scene.camera, width, height, tracer.dtype)
     grid_x: Array

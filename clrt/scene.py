@@ -5,18 +5,33 @@ whoever makes them: a file or Python code. Lengths are in world units, colours l
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import msgspec
 from msgspec.structs import force_setattr
 
-from clrt.light import LIGHT_KINDS, LightKind
+from clrt.light import LIGHT_KINDS, AmbientLight, LightKind
 from clrt.spheres import Sphere, Spheres
-from clrt.values import BLACK, WHITE, Color, Vec3, all_of, count, number, require, some, vectors
+from clrt.values import (
+    BLACK,
+    WHITE,
+    Color,
+    Vec3,
+    all_of,
+    count,
+    number,
+    require,
+    some,
+    switches,
+    vectors,
+)
 
 MAX_DEPTH = 1000
 """Between mirrors that face each other a path has no end: seconds at 4K, but not hours."""
+
+MAX_SAMPLES = 1 << 16
+"""The most that a pixel can get."""
 
 
 LENSES = {"perspective": "fov", "orthographic": "height"}
@@ -39,6 +54,10 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     projection: Literal["perspective", "orthographic"] = "perspective"
     height: float | None = None
     """Orthographic: of what the picture shows, world units."""
+    aperture_radius: float = 0.0
+    """Perspective: of the lens, world units. Above 0 only what is at focus_distance is sharp."""
+    focus_distance: float | None = None
+    """How far along the view the plane is that is in focus, world units."""
 
     def __post_init__(self) -> None:
         vectors(self, "position", "look_at", "up")
@@ -54,6 +73,14 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         else:
             force_setattr(self, "fov", 90.0 if self.fov is None else self.fov)
             number(self, "fov", "degrees between 0 and 180", lambda fov: 0 < fov < 180)
+        number(self, "aperture_radius", "a finite number, at least 0", lambda radius: radius >= 0)
+        if self.has_lens:
+            expected = "0 with projection 'orthographic'"
+            require(not self.orthographic, "aperture_radius", expected, self.aperture_radius)
+        if self.has_lens or self.focus_distance is not None:
+            needed = ", which aperture_radius needs" if self.focus_distance is None else ""
+            expected = f"a finite number above 0{needed}"
+            number(self, "focus_distance", expected, lambda distance: distance > 0)
         ahead = _minus(self.look_at, self.position)
         require(any(ahead), "look_at", "a point apart from position", self.look_at)
         good = all(map(math.isfinite, ahead))
@@ -66,6 +93,11 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def orthographic(self) -> bool:
         return self.projection == "orthographic"
+
+    @property
+    def has_lens(self) -> bool:
+        """Whether what is out of focus is blurred."""
+        return self.aperture_radius > 0
 
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:
         """The unit vectors right, up and back (against the view), in world space."""
@@ -91,6 +123,9 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Index of refraction inside, 1 to 10."""
     fresnel: bool = False
     """Of the transmission the part that Fresnel's formulas say is mirrored."""
+    roughness: float = 0.0
+    """Of the mirrored ray only, in [0, 1]: the sine of the half angle of a cone about it. Rays are
+    drawn uniformly over the cone's cap; those that would go into the surface are mirrored at it."""
 
     def __post_init__(self) -> None:
         good = self.highlight in ("blinn-phong", "phong")
@@ -103,8 +138,14 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         expected = f"at most 1 - reflection ({1 - self.reflection:g})"
         require(both <= 1 + 1e-12, "transmission", expected, self.transmission)
         number(self, "ior", "a number from 1 to 10", lambda ior: 1 <= ior <= 10)
-        good = isinstance(self.fresnel, bool)
-        require(good, "fresnel", "true or false", self.fresnel)
+        switches(self, "fresnel")
+        number(self, "roughness", "a number from 0 to 1", lambda sine: 0 <= sine <= 1)
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether it mirrors, into a cone."""
+        mirrors = self.reflection > 0 or (self.fresnel and self.transmission > 0)
+        return mirrors and self.roughness > 0
 
 
 FRAMES = 10**7
@@ -175,11 +216,12 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     depth_cue: tuple[float, float] = (0.0, 0.0)
     """From the first depth to the second, world units, colours go over into the background. Two
     zeros: they do not."""
+    denoise: bool = False
+    """For previews: neighbours that show the same spheres share the noise of few samples."""
 
     def __post_init__(self) -> None:
         vectors(self, "background", "outline_color")
-        good = isinstance(self.transparent, bool)
-        require(good, "transparent", "true or false", self.transparent)
+        switches(self, "transparent", "denoise")
         good = self.transfer in ("linear", "srgb")
         require(good, "transfer", "'linear' or 'srgb'", self.transfer)
         expected = f"a number from 0 to {OUTLINE:g}"
@@ -207,6 +249,10 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """World units that a hit point is lifted off its surface; 0 is the exact geometry."""
     animation: Animation | None = None
     film: Film = Film()
+    samples: int = 1
+    """The most that a pixel gets; 1 is one ray through its middle."""
+    indirect: bool = False
+    """Light comes from lit surfaces as well, to their diffuse neighbours."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
@@ -221,6 +267,10 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         require(isinstance(self.film, Film), "film", "a Film", self.film)
         count(self, "max_depth", 1, MAX_DEPTH)
         number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
+        count(self, "samples", 1, MAX_SAMPLES)
+        switches(self, "indirect")
+        for key in _spread_light(self):
+            require(self.shadow_bias == 0, "shadow_bias", f"0 beside {key}", self.shadow_bias)
         if isinstance(self.spheres, Spheres):
             force_setattr(self, "spheres", self.spheres.with_names(tuple(self.materials)))
             used = self.spheres.names or ()
@@ -234,6 +284,45 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if wrong:
             expected = f"the name of a material ({some(self.materials)})"
             require(False, where, expected, wrong[0][1])
+
+    @property
+    def is_random(self) -> bool:
+        """Whether rays are drawn at random, so that each pixel needs many. Round lights alone do
+        not make them so: their shadows have a closed form."""
+        occluded = any(isinstance(light, AmbientLight) and light.occlusion for light in self.lights)
+        glossy = any(material.is_glossy for material in self.materials.values())
+        goes_on = self.max_depth > 1 and (glossy or self.indirect)
+        return occluded or self.camera.has_lens or goes_on
+
+
+def beyond_one_ray(scene: Scene) -> str | None:
+    """The first key of a scene that spreads a ray, or a light, over many directions: pictures of it
+    are known by closed forms only. None if there is none."""
+    for key in _spread_light(scene):
+        return key
+    for name, material in scene.materials.items():
+        if material.roughness > 0:
+            return f"roughness of materials.{name}"
+    return "aperture_radius of camera" if scene.camera.has_lens else None
+
+
+def beyond_paper(scene: Scene) -> str | None:
+    """The first key of a scene that the paper's formulas to the letter do not know; None if they
+    know all: what precision "literal" and the truth "seed" refuse."""
+    for name, material in scene.materials.items():
+        if material.transmission > 0:
+            return f"transmission of materials.{name}"
+    return beyond_one_ray(scene) or ("samples > 1" if scene.samples > 1 else None)
+
+
+def _spread_light(scene: Scene) -> Iterator[str]:
+    """The keys that let a point get light from more than single points."""
+    for i, light in enumerate(scene.lights):
+        for key in ("radius", "half_angle", "occlusion"):
+            if getattr(light, key, 0) > 0:
+                yield f"{key} of lights[{i}]"
+    if scene.indirect:
+        yield "indirect"
 
 
 def _minus(a: Vec3, b: Vec3) -> Vec3:

@@ -66,14 +66,28 @@ def vectors(struct: msgspec.Struct, *keys: str) -> None:
         force_setattr(struct, key, tuple(map(float, given)))
 
 
-def number(struct: msgspec.Struct, key: str, expected: str, good: Callable[[float], bool]) -> None:
+def number(
+    struct: msgspec.Struct,
+    key: str,
+    expected: str,
+    good: Callable[[float], bool],
+    *,
+    finite: bool = True,
+) -> None:
+    """finite=False: it is for `good` to say whether infinity is."""
     given = getattr(struct, key)
     try:
-        fine = math.isfinite(given) and good(given)
+        fine = (math.isfinite(given) or not finite) and good(given)
     except (TypeError, OverflowError):
         fine = False
     require(fine, key, expected, given)
     force_setattr(struct, key, float(given))
+
+
+def switches(struct: msgspec.Struct, *keys: str) -> None:
+    for key in keys:
+        given = getattr(struct, key)
+        require(isinstance(given, bool), key, "true or false", given)
 
 
 def count(struct: msgspec.Struct, key: str, least: int, most: int) -> None:

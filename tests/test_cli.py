@@ -66,6 +66,21 @@ def test_options_reach_the_scene(run) -> None:
     assert abs(exact - truth).max() < 1e-7
 
 
+@pytest.mark.parametrize("command", ["render", "animate"])
+def test_samples_reach_the_scene(run, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
+    seen: list[int] = []
+
+    def prepare(self: clrt.Renderer, scene: clrt.Scene, *more: Any, **options: Any) -> None:
+        seen.append(scene.samples)
+
+    monkeypatch.setattr(clrt.Renderer, "prepare", prepare)
+    words = (command, "orbit", "-o", "####.png", *SMALL)
+    frames = ("--frames", "0") if command == "animate" else ()
+    for samples in ((), ("--samples", "4")):
+        assert run(*words, *frames, *samples).exit_code == 0
+    assert seen == [1, 4]
+
+
 def test_a_region(run) -> None:
     run("render", "-o", "whole.png", *SMALL)
     result = run("render", "-o", "part.png", "--region", "5", "3", "40", "20", *SMALL)
@@ -212,6 +227,8 @@ def test_what_is_read_is_not_overwritten(run, tmp_path: Path) -> None:
         (["render", "--region", "0", "0", "9", "2161"], "region: expected X0 Y0 X1 Y1 with 0 <="),
         (["render", "-o", "a.jpg", "--width", "65501"], "a.jpg: .jpg has no more than 65500"),
         (["render", "--max-depth", "99999999999"], "max_depth: expected a whole number"),
+        (["render", "--samples", "65537"], "samples: expected a whole number from 1 to 65536"),
+        (["animate", "--samples", "0"], "--samples"),
         (["render", "--lanes", "3"], "--lanes"),
         (["render", "-o", "a.jpg", "--transparent"], "a.jpg: .jpg has no alpha: use one of .png"),
         (["render", "--background", "whiter"], "expected a colour's name, #rgb or #rrggbb"),

@@ -29,6 +29,15 @@ def test_defaults() -> None:
     assert spot.inner_angle == 15
     assert spot.attenuation == (1, 0, 0)
     assert AmbientLight().ambient == spot.diffuse == (1, 1, 1)
+    assert AmbientLight() == AmbientLight(occlusion=False, distance=np.inf)
+
+
+def test_round_lights() -> None:
+    for light in (Light((0, 1, 0)), SpotLight((0, 1, 0), (0, 0, 0))):
+        assert not light.is_round
+        assert replace(light, radius=1e-9).is_round
+    assert not DirectionalLight((0, 1, 0)).is_round
+    assert DirectionalLight((0, 1, 0), half_angle=89.9).is_round
 
 
 @pytest.mark.parametrize(
@@ -44,6 +53,24 @@ def test_defaults() -> None:
         (
             lambda: SpotLight((1, 0, 0), (0, 0, 0), outer_angle=20, inner_angle=30),
             r"inner_angle: expected degrees from 0 to outer_angle \(20.0\), got 30",
+        ),
+        (lambda: Light((0, 0, 0), radius=-1), "radius: expected a finite number, at least 0, got"),
+        (lambda: Light((0, 0, 0), radius=np.inf), "radius: expected a finite number, at least 0"),
+        (lambda: SpotLight((1, 0, 0), (0, 0, 0), radius=np.nan), "radius: expected a finite num"),
+        (
+            lambda: DirectionalLight((0, 1, 0), half_angle=90),
+            "half_angle: expected degrees from 0 to below 90, got 90",
+        ),
+        (lambda: DirectionalLight((0, 1, 0), half_angle=-1), "half_angle: expected degrees from"),
+        (lambda: AmbientLight(distance=0), "distance: expected a number above 0, got 0"),
+        (lambda: AmbientLight(distance=np.nan), "distance: expected a number above 0, got nan"),
+        (
+            lambda: AmbientLight(distance="far"),  # type: ignore[arg-type]
+            "distance: expected a number above 0, got 'far'",
+        ),
+        (
+            lambda: AmbientLight(occlusion=1),  # type: ignore[arg-type]
+            "occlusion: expected true or false, got 1",
         ),
         (
             lambda: AmbientLight([1, 2]),  # type: ignore[arg-type]

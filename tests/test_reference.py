@@ -1,8 +1,8 @@
 """The references against the paper's own loop and against closed forms."""
 
-import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import clrt
 from benchmarks import paper
@@ -46,7 +46,7 @@ def test_exact_radiance_of_a_lone_sphere() -> None:
 
 
 def test_longdouble_agrees_with_float64() -> None:
-    scene = msgspec.structs.replace(clrt.load_scene("four-spheres"), shadow_bias=0.0)
+    scene = replace(clrt.load_scene("four-spheres"), shadow_bias=0.0)
     double = reference.render(scene, 64, 36)
     longer = reference.render(scene, 64, 36, dtype=np.longdouble)
     assert longer.dtype == np.longdouble
@@ -85,10 +85,10 @@ def test_the_background_is_seen_directly_and_in_mirrors() -> None:
     assert image[0, 0] == pytest.approx([1, 2, 4], abs=1e-15)
     # A path that ends before it leaves sees nothing: it has no segment left, or no light.
     assert reference.render(facing(film=film, max_depth=1), 3, 3)[1, 1, 0] == pytest.approx(0.1)
-    dark = msgspec.structs.replace(facing(film=film), lights=())
+    dark = replace(facing(film=film), lights=())
     assert reference.render(dark, 3, 3)[1, 1, 0] == 0
     # Alpha takes the place of what the camera sees directly.
-    clear = msgspec.structs.replace(film, transparent=True)
+    clear = replace(film, transparent=True)
     trace = reference.trace(facing(film=clear), 3, 3)
     assert trace.alpha.tolist() == [[0, 0, 0], [0, 1, 0], [0, 0, 0]]
     assert (trace.image[1, 1] == image[1, 1]).all()
@@ -110,7 +110,7 @@ def test_what_the_camera_sees_first() -> None:
 
 def test_an_orthographic_depth_is_from_where_the_camera_stands() -> None:
     camera = clrt.Camera((0, 0, -7), (0, 0, -8), projection="orthographic", height=6)
-    trace = reference.trace(msgspec.structs.replace(facing(), camera=camera), 7, 7)
+    trace = reference.trace(replace(facing(), camera=camera), 7, 7)
     assert trace.depth[3, 3] == pytest.approx(-8, abs=1e-14)
     assert trace.normal[3, 3] == pytest.approx([0, 0, 1], abs=1e-14)
     assert trace.id[3, 3] == 0
@@ -119,3 +119,26 @@ def test_an_orthographic_depth_is_from_where_the_camera_stands() -> None:
 def test_unknown_truth() -> None:
     with pytest.raises(ValueError, match="truth"):
         reference.render(clrt.load_scene("four-spheres"), 4, 4, truth="real")  # type: ignore
+
+
+def test_what_has_a_closed_form_for_truth() -> None:
+    scene = facing()
+    lens = replace(scene.camera, aperture_radius=0.1, focus_distance=4)
+    for changes, key in (
+        ({"lights": (clrt.Light((0, 0, 9), radius=1),)}, r"radius of lights\[0\]"),
+        ({"lights": (clrt.AmbientLight(occlusion=True),)}, r"occlusion of lights\[0\]"),
+        ({"materials": {"m": clrt.Material(roughness=0.1)}}, "roughness of materials.m"),
+        ({"camera": lens}, "aperture_radius of camera"),
+        ({"indirect": True}, "indirect"),
+    ):
+        said = f"knows no {key}: closed forms are the truth there"
+        for truth in ("seed", "exact"):
+            with pytest.raises(clrt.RequestError, match=f"truth: '{truth}' {said}"):
+                reference.render(replace(scene, **changes), 3, 3, truth=truth)  # type: ignore
+
+
+def test_one_sample_whatever_the_scene_says() -> None:
+    scene = facing(samples=64)
+    assert (reference.render(scene, 3, 3) == reference.render(facing(), 3, 3)).all()
+    with pytest.raises(clrt.RequestError, match="'seed' knows no samples > 1, expected 'exact'"):
+        reference.render(scene, 3, 3, truth="seed")

@@ -5,11 +5,12 @@
 
 import math
 
-import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import clrt
+from clrt.scene import beyond_one_ray, beyond_paper
 
 RED = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), shininess=100)
 CAMERA = clrt.Camera((0, 0, 1), (0, 0, 0))
@@ -36,13 +37,38 @@ def test_is_frozen() -> None:
         (lambda: clrt.Sphere((0, math.nan, 0), 1, "red"), "center"),
         (lambda: clrt.Sphere((0, 0), 1, "red"), "center: expected three"),
         (lambda: clrt.Light((0, 0, -math.inf)), "position"),
-        (lambda: msgspec.structs.replace(RED, reflection=1.5), "reflection"),
-        (lambda: msgspec.structs.replace(RED, shininess=-1.0), "shininess"),
+        (lambda: replace(RED, reflection=1.5), "reflection"),
+        (lambda: replace(RED, shininess=-1.0), "shininess"),
+        (lambda: replace(RED, roughness=1.5), "roughness: expected a number from 0 to 1, got 1.5"),
+        (lambda: replace(RED, roughness=math.nan), "roughness: expected a number from 0 to 1"),
+        (lambda: replace(RED, fresnel=1), "fresnel: expected true or false, got 1"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 1)), "look_at"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), up=(0, 0, 2)), "up"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), fov=180), "fov"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 0), up=(0, 0, 0)), "up"),
         (lambda: clrt.Camera((0, 0, 1e308), (0, 0, -1e308)), "look_at: expected a point less than"),
+        (
+            lambda: clrt.Camera((0, 0, 1), (0, 0, 0), aperture_radius=-0.1, focus_distance=1),
+            "aperture_radius: expected a finite number, at least 0, got -0.1",
+        ),
+        (
+            lambda: clrt.Camera((0, 0, 1), (0, 0, 0), aperture_radius=0.1),
+            "focus_distance: expected a finite number above 0, which aperture_radius needs, got No",
+        ),
+        (
+            lambda: clrt.Camera((0, 0, 1), (0, 0, 0), focus_distance=0),
+            "focus_distance: expected a finite number above 0, got 0",
+        ),
+        (
+            lambda: clrt.Camera((0, 0, 1), (0, 0, 0), aperture_radius=1, focus_distance=math.inf),
+            "focus_distance: expected a finite number above 0, got inf",
+        ),
+        (
+            lambda: clrt.Camera(
+                *((0, 0, 1), (0, 0, 0)), projection="orthographic", height=1, aperture_radius=0.1
+            ),
+            "aperture_radius: expected 0 with projection 'orthographic', got 0.1",
+        ),
         (lambda: clrt.Camera((0, 0, 1), "abc"), "look_at: expected three finite numbers"),
         (lambda: clrt.Camera((0, 0, 1), 5), "look_at: expected three finite numbers"),
         (lambda: clrt.Camera((0, 0, 1), (0, 0, 10**400)), "look_at: expected three"),
@@ -51,6 +77,7 @@ def test_is_frozen() -> None:
         (lambda: clrt.Film(background=(1, 1)), "background: expected three finite numbers"),
         (lambda: clrt.Film(outline_color="red "), "outline_color: expected three finite"),
         (lambda: clrt.Film(transparent=1), "transparent: expected true or false, got 1"),
+        (lambda: clrt.Film(denoise="yes"), "denoise: expected true or false, got 'yes'"),
         (lambda: clrt.Film(transfer="gamma"), "transfer: expected 'linear' or 'srgb', got 'gamma'"),
         (lambda: clrt.Film(outline=-1), "outline: expected a number from 0 to 100, got -1"),
         (lambda: clrt.Film(outline=101), "outline: expected a number from 0 to 100"),
@@ -67,6 +94,10 @@ def test_is_frozen() -> None:
         (lambda: clrt.Scene(CAMERA, max_depth=1001), "max_depth"),
         (lambda: clrt.Scene(CAMERA, max_depth=2.5), "max_depth"),
         (lambda: clrt.Scene(CAMERA, shadow_bias=-1e-5), "shadow_bias"),
+        (lambda: clrt.Scene(CAMERA, samples=0), "samples: expected a whole number from 1 to 65536"),
+        (lambda: clrt.Scene(CAMERA, samples=65537), "samples: expected a whole number from 1 to"),
+        (lambda: clrt.Scene(CAMERA, samples=4.0), "samples: expected a whole number from 1 to"),
+        (lambda: clrt.Scene(CAMERA, indirect=1), "indirect: expected true or false, got 1"),
         (
             lambda: clrt.Scene(CAMERA, spheres=(clrt.Sphere((0, 0, 0), 1, "blue"),)),
             r"spheres\[0\].material: expected the name of a material",
@@ -84,6 +115,64 @@ def test_is_frozen() -> None:
 def test_refuses(make, said: str) -> None:
     with pytest.raises(clrt.SceneError, match=said):
         make()
+
+
+BALL = clrt.Light((0, 9, 0), radius=1)
+LENS = replace(CAMERA, aperture_radius=0.1, focus_distance=2)
+SKY = clrt.AmbientLight(occlusion=True)
+FOG = replace(RED, reflection=0.5, roughness=0.1)
+PANE = clrt.Material(transmission=0.9, fresnel=True, roughness=0.1)
+
+
+@pytest.mark.parametrize(
+    ("lights", "indirect", "said"),
+    [
+        ([clrt.AmbientLight(), BALL], False, r"radius of lights\[1\]"),
+        ([clrt.SpotLight((0, 1, 0), (0, 0, 0), radius=0.1)], False, r"radius of lights\[0\]"),
+        ([clrt.DirectionalLight((0, 1, 0), half_angle=1)], False, r"half_angle of lights\[0\]"),
+        ([SKY], False, r"occlusion of lights\[0\]"),
+        ([], True, "indirect"),
+    ],
+)
+def test_no_shadow_bias_where_light_is_spread(lights, indirect: bool, said: str) -> None:
+    scene = clrt.Scene(CAMERA, lights, indirect=indirect)
+    with pytest.raises(clrt.SceneError, match=f"shadow_bias: expected 0 beside {said}, got 1e-05"):
+        replace(scene, shadow_bias=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "random", "key"),
+    [
+        ({}, False, None),
+        ({"shadow_bias": 1e-5}, False, None),
+        ({"samples": 2}, False, "samples > 1"),
+        ({"lights": (BALL,)}, False, "radius of lights[0]"),  # it has a closed form
+        ({"lights": (BALL, SKY)}, True, "radius of lights[0]"),
+        ({"lights": (clrt.AmbientLight(distance=1), SKY)}, True, "occlusion of lights[1]"),
+        ({"lights": (clrt.AmbientLight(distance=1),)}, False, None),
+        ({"camera": LENS}, True, "aperture_radius of camera"),
+        ({"camera": replace(CAMERA, focus_distance=2)}, False, None),
+        ({"materials": {"a": RED, "fog": FOG}}, True, "roughness of materials.fog"),
+        ({"materials": {"fog": FOG}, "max_depth": 1}, False, "roughness of materials.fog"),
+        ({"materials": {"a": replace(FOG, reflection=0)}}, False, "roughness of materials.a"),
+        ({"materials": {"pane": PANE}}, True, "transmission of materials.pane"),
+        (
+            {"materials": {"pane": replace(PANE, fresnel=False)}},
+            False,
+            "transmission of materials.pane",
+        ),
+        ({"indirect": True}, True, "indirect"),
+        ({"indirect": True, "max_depth": 1}, False, "indirect"),
+        ({"film": clrt.Film(denoise=True)}, False, None),
+    ],
+)
+def test_what_spreads_rays_and_what_the_paper_does_not_know(changes, random: bool, key) -> None:
+    scene = replace(clrt.Scene(CAMERA), **changes)
+    assert scene.is_random == random
+    assert beyond_paper(scene) == key
+    # Glass and samples are no matter of directions.
+    only = {"samples > 1": None, "transmission of materials.pane": "roughness of materials.pane"}
+    assert beyond_one_ray(scene) == only.get(key, key)
 
 
 def test_of_many_names_a_few_are_told() -> None:

@@ -72,6 +72,59 @@ def test_a_film() -> None:
     assert parse_scene(GOOD + film).film == expected
 
 
+def test_what_spreads_rays() -> None:
+    """All keys of it, at once and with infinity."""
+    text = """
+    samples = 16
+    indirect = true
+    [camera]
+    position = [0, 0, 1]
+    look_at = [0, 0, 0]
+    aperture_radius = 0.1
+    focus_distance = 2
+    [film]
+    denoise = true
+    [materials.fog]
+    reflection = 0.5
+    roughness = 0.25
+    [[lights]]
+    position = [5, 5, 5]
+    radius = 0.5
+    [[lights]]
+    type = "directional"
+    direction = [0, -1, 0]
+    half_angle = 0.27
+    [[lights]]
+    type = "spot"
+    position = [0, 1, 0]
+    look_at = [0, 0, 0]
+    radius = 2
+    [[lights]]
+    type = "ambient"
+    occlusion = true
+    distance = inf
+    [[lights]]
+    type = "ambient"
+    distance = 0.5
+    """
+    assert parse_scene(text) == clrt.Scene(
+        clrt.Camera((0, 0, 1), (0, 0, 0), aperture_radius=0.1, focus_distance=2),
+        (
+            clrt.Light((5, 5, 5), radius=0.5),
+            clrt.DirectionalLight((0, -1, 0), half_angle=0.27),
+            clrt.SpotLight((0, 1, 0), (0, 0, 0), radius=2),
+            clrt.AmbientLight(occlusion=True),
+            clrt.AmbientLight(distance=0.5),
+        ),
+        {"fog": clrt.Material(reflection=0.5, roughness=0.25)},
+        film=clrt.Film(denoise=True),
+        samples=16,
+        indirect=True,
+    )
+    plain = parse_scene(GOOD)
+    assert (plain.samples, plain.indirect, plain.camera.has_lens) == (1, False, False)
+
+
 @pytest.mark.parametrize("name", clrt.builtin_scenes())
 def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
     assert clrt.load_scene(name).spheres
@@ -123,6 +176,57 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
             "[5.0, 5.0, 5.0]\ntype = 'spot'\nlook_at = [0.0, 0.0, 0.0]\nouter_angle = 20.0\n"
             "inner_angle = 30.0",
             "lights[0].inner_angle: expected degrees from 0 to outer_angle (20.0), got 30.0",
+        ),
+        (
+            "[5.0, 5.0, 5.0]",
+            "[5.0, 5.0, 5.0]\nhalf_angle = 1.0",
+            "lights[0].half_angle: expected in lights of type 'directional', not 'point'",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'ambient'\nradius = 1.0",
+            "lights[0].radius: expected in lights of type 'point' and 'spot', not 'ambient'",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'directional'\ndirection = [0.0, -1.0, 0.0]\nocclusion = true",
+            "lights[0].occlusion: expected in lights of type 'ambient', not 'directional'",
+        ),
+        (
+            "[5.0, 5.0, 5.0]",
+            "[5.0, 5.0, 5.0]\nradius = -1.0",
+            "lights[0].radius: expected a finite number, at least 0, got -1.0",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'ambient'\ndistance = -inf",
+            "lights[0].distance: expected a number above 0, got -inf",
+        ),
+        (
+            "position = [5.0, 5.0, 5.0]",
+            "type = 'ambient'\nocclusion = 1",
+            "lights[0].occlusion: expected `bool`, got `int`",
+        ),
+        (
+            "[camera]",
+            "[camera]\naperture_radius = 0.1",
+            "camera.focus_distance: expected a finite number above 0, which aperture_radius needs",
+        ),
+        (
+            "[camera]",
+            "[camera]\nprojection = 'orthographic'\nheight = 1\naperture_radius = 0.1\n"
+            "focus_distance = 1.0",
+            "camera.aperture_radius: expected 0 with projection 'orthographic', got 0.1",
+        ),
+        ("shininess = 100.0", "roughness = 2", "materials.red.roughness: expected a number from"),
+        ("[camera]", "[film]\ndenoise = 1\n[camera]", "film.denoise: expected `bool`, got `int`"),
+        ("max_depth = 3", "samples = 0", "samples: expected a whole number from 1 to 65536, got 0"),
+        ("max_depth = 3", "samples = 2.5", "samples: expected `int`, got `float`"),
+        ("max_depth = 3", "indirect = 'no'", "indirect: expected `bool`, got `str`"),
+        (
+            "max_depth = 3",
+            "indirect = true\nshadow_bias = 1e-5",
+            "shadow_bias: expected 0 beside indirect, got 1e-05",
         ),
         ("max_depth = 3", "max_depth = 0", "max_depth: expected a whole number from 1 to 1000"),
         ("max_depth = 3", "max_depth = 3000000000", "max_depth: expected a whole number"),
