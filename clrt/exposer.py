@@ -2,7 +2,7 @@
 
 import warnings
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from clrt import glass, memory, pack
 from clrt.errors import SceneWarning
-from clrt.opencl import bands
+from clrt.opencl import bands, edges
 from clrt.opencl.tree import Tree
 from clrt.pack import Features, Precision
 from clrt.scene import Scene
@@ -87,63 +87,94 @@ class Exposer:
 
     def exposed(
         self,
-        program: Program,
+        programs: Sequence[Program],
+        scene: Scene,
         arguments: dict[str, Any],
+        size: tuple[int, int],
         box: Box,
         *,
         use: str = "picture",
         out: Array | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> tuple[Array, float]:
-        """A film as a program makes it.
+        """A film as one program makes it, or a second one after it.
 
         Args:
+            programs: that of each of pack.stages().
+            size: of the whole picture, columns and rows.
             box: columns and rows of the picture that are wanted, as of a region.
             use: see blank().
             out: the film to expose, of any strides.
-            progress: called with the number of rows just finished.
+            progress: called with the number of rows just finished by the last program.
 
         Returns:
             (rows, columns, channels): `out`, or a film of the caller's own. And how long the kernel
             ran, in seconds, by the device's own clock.
         """
-        features, kernels = program
-        left, top, right, bottom = box
-        # From the packet on that `left` is in: so every packet is one of the whole picture's.
-        columns, _ = features.packet
-        first = left // columns * columns
+        import pyopencl as cl
+
+        features, kernels = programs[0]
+        x0, y0, x1, y1 = box
+        if features.hashed:  # by a pixel, whose paths are compared with those inside
+            x0, y0, x1, y1 = (
+                max(x0 - 1, 0),
+                max(y0 - 1, 0),
+                min(x1 + 1, size[0]),
+                min(y1 + 1, size[1]),
+            )
+        # From the packet on that the first pixel is in: so each is one of the whole picture's.
+        columns, rows = features.packet
+        x0, y0 = x0 // columns * columns, y0 // rows * rows
         dtype, channels = pack.FILMS[features.film]
-        wanted = bottom - top, right - left, channels
-        shape = bottom - top, right - first, channels
+        wanted = box[3] - box[1], box[2] - box[0], channels
+        shape = y1 - y0, x1 - x0, channels
         if out is not None and out.flags.c_contiguous and shape == wanted:
             film = out
         else:
             film = self.blank(shape, dtype, use)
         if features.nest:
             arguments = arguments | {"lost": np.zeros(2, np.int32)}
+        paths = None
+        first = pack.sampling(features, scene)
+        if features.hashed:
+            paths = cl.Buffer(self._queue.context, cl.mem_flags.READ_WRITE, 4 * shape[0] * shape[1])
+            first = {"paths": paths, "top": np.int32(y0)} | first
         seconds = bands.fill(
             film,
-            (first, top),
+            (x0, y0),
             features.packet,
             self._queue,
             kernels["render"],
-            arguments,
-            progress,
+            first | arguments,
+            progress if len(programs) == 1 else _quiet(progress),
         )
+        inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
+        if len(programs) > 1:
+            features, kernels = programs[1]
+            more = pack.sampling(features, scene) | arguments
+            seconds += edges.refine(
+                film, (x0, y0), inside, paths, self._queue, kernels, more, progress
+            )
         if features.nest:
             _say_lost(arguments["lost"])
         if film is out:
             return out, seconds
+        cut = film[inside[1] : inside[3], inside[0] : inside[2]]
         if out is not None:
-            out[...] = film[:, left - first :]
+            out[...] = cut
             return out, seconds
-        if left == first:
+        if shape == wanted:
             return film, seconds
-        # The columns before `left` are dropped where the film is: it may be as large as memory.
-        flat, length = film.reshape(-1), channels * (right - left)
-        for i, row in enumerate(film):
-            flat[i * length : (i + 1) * length] = row[left - first :].reshape(-1)
-        return flat[: len(film) * length].reshape(wanted), seconds
+        # What is around is dropped where the film is: it may be as large as memory.
+        flat, length = film.reshape(-1), channels * wanted[1]
+        for i, row in enumerate(cut):
+            flat[i * length : (i + 1) * length] = row.reshape(-1)
+        return flat[: len(cut) * length].reshape(wanted), seconds
+
+
+def _quiet(progress: Callable[[int], object] | None) -> Callable[[int], object] | None:
+    """It may raise, but is told of nothing."""
+    return None if progress is None else lambda rows: progress(0)
 
 
 def _say_lost(lost: Array) -> None:

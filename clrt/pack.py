@@ -13,10 +13,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import glass, lens
+from clrt import glass, lens, samples
 from clrt.errors import RequestError
 from clrt.light import AmbientLight, DirectionalLight, LightKind, Shining, SpotLight
-from clrt.scene import Camera, Material, Scene
+from clrt.scene import Camera, Material, Scene, beyond_paper
 from clrt.spheres import Sphere, Spheres
 from clrt.values import BLACK
 
@@ -75,6 +75,12 @@ class Features(msgspec.Struct, frozen=True):
     """A surface mirrors and transmits."""
     background: bool = False
     """Rays that leave the scene after a mirror see something there."""
+    hashed: bool = False
+    """Pixels' paths are wanted beside their colours: edges get more samples."""
+    refine: bool = False
+    """Only pixels at edges are made, each of many samples, which are the lanes."""
+    gather: bool = False
+    """Every pixel gets several samples."""
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -320,14 +326,27 @@ def _shows_background(world: World, scene: Scene) -> bool:
     return any(scene.film.background) and _goes_on(world, scene)
 
 
-def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features:
+Stage: TypeAlias = Literal["picture", "edges"]
+
+
+def stages(scene: Scene, film: FilmKind) -> list[Stage]:
+    """What a film is made in: where a pixel gets more samples only if it is at an edge, all pixels
+    first and then these."""
+    sampled = scene.samples > 1 and film not in ("passes", "paths")
+    return ["picture", "edges"] if sampled and not scene.is_random else ["picture"]
+
+
+def features(
+    world: World, scene: Scene, lanes: int, film: FilmKind, stage: Stage = "picture"
+) -> Features:
     """What the program of a scene must have.
 
     Raises:
         RequestError: the precision does not know something of it.
     """
-    if world.nest and world.precision == "literal":
-        raise RequestError("precision: literal knows no transmission, expected robust or double")
+    if world.precision == "literal" and (key := beyond_paper(scene)):
+        raise RequestError(f"precision: literal knows no {key}, expected robust or double")
+    adaptive = len(stages(scene, film)) > 1
     used = world.materials.values()
     return Features(
         lanes,
@@ -346,7 +365,15 @@ def features(world: World, scene: Scene, lanes: int, film: FilmKind) -> Features
         nest=world.nest,
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
         background=_shows_background(world, scene),
+        hashed=adaptive and stage == "picture",
+        refine=stage == "edges",
+        gather=adaptive and stage == "picture" and base(scene) > 1,
     )
+
+
+def base(scene: Scene) -> int:
+    """How many samples each pixel gets, at an edge or not."""
+    return 1
 
 
 def _has_long_lens(world: World, camera: Camera) -> bool:
@@ -369,6 +396,23 @@ def _media(world: World, camera: Camera) -> Array:
     found["ior"] = world.packed_materials["ior"][world.material_of[inside]]
     found[::-1].sort(order="order")
     return found
+
+
+ROUND = 16
+"""samples.cl: so many samples between two looks whether they are enough."""
+
+
+def sampling(features: Features, scene: Scene) -> dict[str, Any]:
+    """More of a kernel's arguments, before those of arguments(): how many samples a pixel gets, and
+    where they lie in it, see clrt.samples.offsets(). Where they are the lanes, x of as many as
+    there are lanes, then y, in whole rounds."""
+    if not (features.refine or features.gather):
+        return {}
+    lanes = features.lanes if features.refine else 1
+    count = base(scene) if features.hashed else scene.samples
+    found = samples.offsets(-(-count // ROUND) * ROUND).astype(PRECISIONS[features.precision])
+    laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
+    return {"samples": np.int32(count), "points": laid}
 
 
 def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:

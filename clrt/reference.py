@@ -79,6 +79,7 @@ def trace(
     dtype: DTypeLike = np.float64,
     *,
     pixels: Sequence[tuple[int, int]] | None = None,
+    offset: tuple[float, float] = (0.0, 0.0),
 ) -> Trace:
     """The true picture and its paths.
 
@@ -86,6 +87,7 @@ def trace(
         dtype: np.longdouble where float64 itself is in doubt.
         pixels: rows and columns of the pixels that are wanted, in whose order the trace's image is
             (n, 3) and its paths (n,); default: all of them.
+        offset: where in its pixel each ray goes through: right and up of the middle, half pixels.
 
     Raises:
         RequestError: there is no such truth or pixel, or the truth does not know something of the
@@ -99,6 +101,8 @@ def trace(
         raise RequestError(f"truth: 'seed' knows no {key}, expected 'exact'")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     x, y = _screen(scene.camera, width, height, tracer.dtype)
+    right, up = (np.array(offset) / np.maximum([width - 1, height - 1], 1)).astype(tracer.dtype)
+    x, y = x + abs(x[0]) * right, y + abs(y[0]) * up
     grid_x: Array
     grid_y: Array
     if pixels is None:
@@ -132,6 +136,19 @@ def trace(
         normal.reshape(*shape, 3),
         sphere.reshape(shape),
     )
+
+
+def mean(scene: Scene, width: int, height: int, offsets: Array) -> Array:
+    """The mean of true pictures, (height, width, 4): colours and alpha.
+
+    offsets: (n, 2), where in its pixel each ray goes through, see trace().
+    """
+    found = np.zeros((height, width, 4))
+    for right, up in offsets:
+        one = trace(scene, width, height, offset=(right, up))
+        found[..., :3] += one.image
+        found[..., 3] += one.alpha
+    return found / len(offsets)
 
 
 class _First(NamedTuple):

@@ -196,9 +196,11 @@ class Renderer(AbstractContextManager["Renderer"]):
         check_process()
         with self._lock, self._errors():
             box = 0, 0, *check_size(width, height)
-            used = self._program(scene, "paths")
-            arguments = self._exposer.arguments(scene, width, height, used, self.kernel_seconds)
-            exposed, self.kernel_seconds = self._exposer.exposed(used, arguments, box)
+            used = self._programs_of(scene, "paths")
+            arguments = self._exposer.arguments(scene, width, height, used[0], self.kernel_seconds)
+            exposed, self.kernel_seconds = self._exposer.exposed(
+                used, scene, arguments, (width, height), box
+            )
             return exposed[..., 0]
 
     def _picture(
@@ -218,28 +220,31 @@ class Renderer(AbstractContextManager["Renderer"]):
         if out is not None and (out.shape != shape or not out.flags.writeable):
             raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
         kinds = exposures(scene.film, dtype, alpha, names)
-        programs = {kind: self._program(scene, kind) for kind in kinds}
+        programs = {kind: self._programs_of(scene, kind) for kind in kinds}
         own = programs[kinds[0]]
-        arguments = self._exposer.arguments(scene, width, height, own, self.kernel_seconds)
-        expose, seconds, found, seen = self._exposer.exposed, 0.0, {}, None
+        arguments = self._exposer.arguments(scene, width, height, own[0], self.kernel_seconds)
+        seconds, found, seen = 0.0, {}, None
+
+        def expose(used: Sequence[Program], box: Region, **options: Any) -> tuple[Array, float]:
+            return self._exposer.exposed(used, scene, arguments, size, box, **options)
+
         if "passes" in programs:
             margin = film.halo(scene.film)
             x0, y0 = max(left - margin, 0), max(top - margin, 0)
             around = x0, y0, min(right + margin, width), min(bottom + margin, height)
             inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
             quiet = None if progress is None else lambda rows: progress(0)
-            used = programs["passes"]
-            looks, seconds = expose(used, arguments, around, use="passes", progress=quiet)
+            looks, seconds = expose(programs["passes"], around, use="passes", progress=quiet)
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
             radius = self._exposer.world(scene).spheres.radius
             seen = film.Seen(looks["id"], looks["depth"], radius, inside)
         if film.has_steps(scene.film, dtype, alpha):
-            exposed, more = expose(own, arguments, box, use="exposed", progress=progress)
+            exposed, more = expose(own, box, use="exposed", progress=progress)
             image = self._exposer.blank(shape, dtype) if out is None else out
             film.develop(exposed, scene.film, image, seen)
         else:
-            image, more = expose(own, arguments, box, out=out, progress=progress)
+            image, more = expose(own, box, out=out, progress=progress)
         self.kernel_seconds = seconds + more
         return image, found
 
@@ -256,11 +261,15 @@ class Renderer(AbstractContextManager["Renderer"]):
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
             for kind in exposures(scene.film, film_dtype(dtype), alpha, check_passes(passes)):
-                self._program(scene, kind)
+                self._programs_of(scene, kind)
 
-    def _program(self, scene: Scene, kind: FilmKind) -> Program:
+    def _programs_of(self, scene: Scene, kind: FilmKind) -> list[Program]:
+        """A film's programs, one after the other."""
+        return [self._program(scene, kind, stage) for stage in pack.stages(scene, kind)]
+
+    def _program(self, scene: Scene, kind: FilmKind, stage: pack.Stage) -> Program:
         """The program for a scene; if none of so many lanes works, one of fewer."""
-        needed = pack.features(self._exposer.world(scene), scene, self.lanes, kind)
+        needed = pack.features(self._exposer.world(scene), scene, self.lanes, kind, stage)
         while needed not in self._programs:
             try:
                 made = _made(self._context, self.device, needed)

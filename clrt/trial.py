@@ -21,12 +21,12 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from clrt import metrics, pack, reference
+from clrt import metrics, pack, reference, samples
 from clrt.errors import DeviceError
+from clrt.exposer import Exposer
 from clrt.light import AmbientLight, Light, LightKind, SpotLight
-from clrt.opencl import bands, program
+from clrt.opencl import bands, edges, program
 from clrt.opencl.device import devices, identity
-from clrt.opencl.tree import Tree
 from clrt.scene import Camera, Film, Material, Scene
 from clrt.spheres import Sphere
 
@@ -38,6 +38,7 @@ SECONDS = 120  # one that works needs 1, and 20 on an emulated CPU
 FAILED, ELSEWHERE = 3, 4  # exit statuses of the child: the last if it has another device
 
 SIZE = (101, 13)  # whole packets and a part of one
+SAMPLED_SIZE, SAMPLES = (37, 5), 17  # a whole round and a part of one
 
 
 class Job(msgspec.Struct):
@@ -97,22 +98,28 @@ def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes
     profiling = cl.command_queue_properties.PROFILING_ENABLE
     queue = cl.CommandQueue(context, properties=profiling)
     built = program.compiled(context, device, source, features.options)
-    scene = scene_for(features)
-    width, height = SIZE
-    dtype, channels = pack.FILMS[features.film]
-    film = np.empty((height, width, channels), dtype)
-    world = pack.pack_world(scene, features.precision)
-    arguments = pack.arguments(world, scene, width, height)
-    kernels = program.kernels(built)
-    if features.tree:
-        made = Tree(pack.tree_keys(world.spheres), queue, kernels)
-        arguments |= made.fit(arguments["beads"], kernels)
-    if features.nest:
-        arguments["lost"] = np.zeros(2, np.int32)
-    bands.fill(film, (0, 0), features.packet, queue, kernels["render"], arguments)
+    scene, kernels = scene_for(features), program.kernels(built)
+    width, height = size = size_for(features)
+    exposer = Exposer(queue, features.precision)
+    arguments = exposer.arguments(scene, width, height, (features, kernels), 0)
+    if features.refine:
+        dtype, channels = pack.FILMS[features.film]
+        film = np.empty((height, width, channels), dtype)
+        everywhere = bands.upload(context, {"paths": np.arange(film.size, dtype=np.uint32)})
+        arguments = pack.sampling(features, scene) | arguments
+        if features.nest:
+            arguments["lost"] = np.zeros(2, np.int32)
+        edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
+    else:
+        film, _ = exposer.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
     if wrong := wrong_pixels(film, scene, features):
         raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
     return program.binary(built)
+
+
+def size_for(features: pack.Features) -> tuple[int, int]:
+    """Of the picture: the truth of one with samples takes as many times as long."""
+    return SAMPLED_SIZE if features.refine or features.gather else SIZE
 
 
 def scene_for(features: pack.Features) -> Scene:
@@ -174,6 +181,7 @@ def scene_for(features: pack.Features) -> Scene:
         max_depth=3 if features.reflection else 1,
         shadow_bias=1e-3 * literal,
         film=film,
+        samples=SAMPLES if features.refine or features.gather else 1,
     )
 
 
@@ -181,7 +189,8 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
     """How many pixels are off by more than rounding makes them, away from edges."""
     truth: reference.Truth = "seed" if features.precision == "literal" else "exact"
     real = pack.PRECISIONS[features.precision]
-    trace = reference.trace(scene, *SIZE, truth, real if truth == "seed" else np.float64)
+    wide, size = real if truth == "seed" else np.float64, size_for(features)
+    trace = reference.trace(scene, *size, truth, wide)
     if features.film == "paths":
         off = film[..., 0] != trace.paths
     elif features.film == "passes":
@@ -189,9 +198,11 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
     else:
         step = 1 / 255 if features.film == "bytes" else 0
         shown = film / np.float64(255) if features.film == "bytes" else film
-        true = trace.image
-        if features.film == "alpha":
-            true = np.concatenate([true, trace.alpha[..., np.newaxis]], axis=2)
+        true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
+        if scene.samples > 1:
+            true = reference.mean(scene, *size, samples.offsets(scene.samples))
+        if features.film != "alpha":
+            true = true[..., :3]
         off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP
     return int((off & ~metrics.edges(trace.paths)).sum())
 

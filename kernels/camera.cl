@@ -28,17 +28,32 @@ typedef struct {
 // A packet of camera rays: through (x, y, -1), x of each lane.
 typedef struct {
     reals x;
-#ifdef TREE
+#if defined(TREE)
     reals y;
+#elif defined(REFINE)
+    reals y;
+    real left, right, bottom, top;  // of the pixel
 #else
     real y, left, right;  // of the first and the last lane
 #endif
 } Pixels;
 
+// Whether a rectangle of the screen, see Sphere, shows in the packet.
+#if defined(REFINE) && !defined(TREE)
+#define SHOWS(at, bounds)                                                             \
+    ((at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.top >= (bounds)[2]) & \
+     (at.bottom <= (bounds)[3]))
+#else
+#define SHOWS(at, bounds)                                                           \
+    ((at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.y >= (bounds)[2]) & \
+     (at.y <= (bounds)[3]))
+#endif
+
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
 // (paper, section 11.1). 2 j - last is exact up to 2^24 pixels, so x and y are off by 2^-23 of
 // themselves and the picture is symmetric to the last bit; linspace of one number is its start,
 // here as well.
+#ifndef REFINE
 static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     int first = 2 * column - camera->last[0];
     Pixels at;
@@ -53,6 +68,37 @@ static Pixels pixels_at(__global const Camera *camera, int column, int row) {
 #endif
     return at;
 }
+#endif
+
+#ifdef GATHER
+// Moved, by parts of half a pixel.
+static Pixels moved(Pixels at, __global const Camera *camera, real right, real up) {
+    at.x += right * camera->step[0];
+    at.y += up * camera->step[1];
+#ifndef TREE
+    at.left += right * camera->step[0];
+    at.right += right * camera->step[0];
+#endif
+    return at;
+}
+#endif
+
+#ifdef REFINE
+// Points of one pixel, parts of half a pixel from its middle.
+static Pixels points_of(__global const Camera *camera, int column, int row, reals right, reals up) {
+    int x = 2 * column - camera->last[0], y = camera->last[1] - 2 * row;
+    Pixels at;
+    at.x = (right + x) * camera->step[0];
+    at.y = (up + y) * camera->step[1];
+#ifndef TREE
+    at.left = (x - 1) * camera->step[0];
+    at.right = (x + 1) * camera->step[0];
+    at.bottom = (y - 1) * camera->step[1];
+    at.top = (y + 1) * camera->step[1];
+#endif
+    return at;
+}
+#endif
 
 #ifdef ORTHOGRAPHIC
 
@@ -72,10 +118,7 @@ static Hit visible(Pixels at, Ray line, __global const Sphere *spheres, int sphe
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
 #ifndef LITERAL
-        __global const real *bounds = spheres[s].screen_bounds;
-        if (!((at.right >= bounds[0]) & (at.left <= bounds[1]) & (at.y >= bounds[2]) &
-              (at.y <= bounds[3])))
-            continue;
+        if (!SHOWS(at, spheres[s].screen_bounds)) continue;
 #endif
         Quadratic q = quadratic(line, spheres + s);
         ints met = q.delta > 0;
@@ -96,10 +139,7 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     for (int s = 0; s < sphere_count; s++) {
         __global const Sphere *sphere = spheres + s;
         // The camera is not inside it, and it can show.
-        if (!((sphere->camera_c > 0) & (at.right >= sphere->screen_bounds[0]) &
-              (at.left <= sphere->screen_bounds[1]) & (at.y >= sphere->screen_bounds[2]) &
-              (at.y <= sphere->screen_bounds[3])))
-            continue;
+        if (!((sphere->camera_c > 0) & SHOWS(at, sphere->screen_bounds))) continue;
         real x = sphere->anchor[0], y = sphere->anchor[1], z = sphere->anchor[2];
         reals b, delta;
         if (sphere->giant) {

@@ -33,6 +33,19 @@
 #define QUARTER uint4
 #endif
 
+// What a packet of camera rays brings.
+typedef struct {
+#ifdef FILM_PASSES
+    ints sphere;
+    reals depth;
+    Vector normal;
+#else
+    Vector color;
+    reals alpha;  // 1 where the camera sees a sphere, else 0
+    ints path;    // a hash of what was met
+#endif
+} Sample;
+
 #if defined(FILM_PATHS)
 
 typedef uint channel;
@@ -41,8 +54,8 @@ typedef struct {
     ints path;
 } Exposure;
 
-static Exposure exposure_of(Vector color, ints path) {
-    Exposure exposure = {path};
+static Exposure exposure_of(Sample sample) {
+    Exposure exposure = {sample.path};
     return exposure;
 }
 
@@ -62,16 +75,13 @@ typedef struct {
     int id;           // of the sphere; -1 there
 } channel;
 #define CHANNELS 1
-typedef struct {
-    ints sphere;
-    reals depth;
-    Vector normal;
-} Exposure;
+typedef Sample Exposure;
 
-static Exposure exposure_of(ints sphere, reals depth, Vector normal) {
-    ints seen = sphere >= 0;
-    Exposure exposure = {sphere, PICK(seen, depth, INFINITY), pick3(seen, normal, vector(0, 0, 0))};
-    return exposure;
+static Exposure exposure_of(Sample sample) {
+    ints seen = sample.sphere >= 0;
+    sample.depth = PICK(seen, sample.depth, INFINITY);
+    sample.normal = pick3(seen, sample.normal, vector(0, 0, 0));
+    return sample;
 }
 
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
@@ -94,8 +104,8 @@ typedef struct {
     reals alpha;
 } Exposure;
 
-static Exposure exposure_of(Vector color, ints path) {
-    Exposure exposure = {color, TO_REALS(path)};
+static Exposure exposure_of(Sample sample) {
+    Exposure exposure = {sample.color, sample.alpha};
     return exposure;
 }
 
@@ -125,9 +135,10 @@ static ints developed(reals c) {
 #endif
 }
 
-static Exposure exposure_of(Vector color, ints path) {
-    Exposure exposure = {JOIN(convert_, LANES_OF(uint))(
-        developed(color.x) | developed(color.y) << 8 | developed(color.z) << 16)};
+static Exposure exposure_of(Sample sample) {
+    Exposure exposure = {JOIN(convert_, LANES_OF(uint))(developed(sample.color.x) |
+                                                        developed(sample.color.y) << 8 |
+                                                        developed(sample.color.z) << 16)};
     return exposure;
 }
 
@@ -162,10 +173,10 @@ typedef struct {
     LANES_OF(float) r, g, b;
 } Exposure;
 
-static Exposure exposure_of(Vector color, ints path) {
-    Exposure exposure = {JOIN(convert_, LANES_OF(float))(color.x),
-                         JOIN(convert_, LANES_OF(float))(color.y),
-                         JOIN(convert_, LANES_OF(float))(color.z)};
+static Exposure exposure_of(Sample sample) {
+    Exposure exposure = {JOIN(convert_, LANES_OF(float))(sample.color.x),
+                         JOIN(convert_, LANES_OF(float))(sample.color.y),
+                         JOIN(convert_, LANES_OF(float))(sample.color.z)};
     return exposure;
 }
 
@@ -194,4 +205,13 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
 #endif
 }
 
+#endif
+
+#ifdef HASHED
+// Stores the paths of a row of the packet, as many as `count`.
+static void store_paths(ints path, int row, __global uint *paths, int count) {
+    __private ints all[1] = {path};
+    __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
+    for (int i = 0; i < ROW && i < count; i++) paths[i] = (uint)each[i];
+}
 #endif

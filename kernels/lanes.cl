@@ -98,6 +98,31 @@ static int greatest(ints n) {
 }
 #endif
 
+// Not fmax(), which is a call on PoCL.
+static reals larger(reals a, reals b) { return PICK(a > b, a, b); }
+
+// The least and the greatest number of a vector, and the sum, by halves.
+#define HALVED(name, n, half, pick)                  \
+    static real JOIN(name, n)(JOIN(FLOATING, n) v) { \
+        JOIN(FLOATING, half) a = v.lo, b = v.hi;     \
+        return JOIN(name, half)(pick);               \
+    }
+static real least1(real v) { return v; }
+static real most1(real v) { return v; }
+static real total1(real v) { return v; }
+static real least2(JOIN(FLOATING, 2) v) { return v.x < v.y ? v.x : v.y; }
+static real most2(JOIN(FLOATING, 2) v) { return v.x > v.y ? v.x : v.y; }
+static real total2(JOIN(FLOATING, 2) v) { return v.x + v.y; }
+HALVED(least, 4, 2, a < b ? a : b)
+HALVED(least, 8, 4, a < b ? a : b)
+HALVED(least, 16, 8, a < b ? a : b)
+HALVED(most, 4, 2, a > b ? a : b)
+HALVED(most, 8, 4, a > b ? a : b)
+HALVED(most, 16, 8, a > b ? a : b)
+HALVED(total, 4, 2, a + b)
+HALVED(total, 8, 4, a + b)
+HALVED(total, 16, 8, a + b)
+
 // 1 / sqrt(a). The plain way is off by 1 unit in the last place, and by far the slowest operation
 // of the kernel; AVX-512's estimate (14 bits) with a step of Newton's is off by 2.
 static reals inverse_sqrt(reals a) {
@@ -142,6 +167,14 @@ static Vector along(Vector a, reals s, Vector b) {
 
 // A zero vector becomes NaN, which every later comparison rules out.
 static Vector unit(Vector a) { return scaled(a, inverse_sqrt(dot3(a, a))); }
+
+static Vector lower3(Vector a, Vector b) {
+    return vector(PICK(a.x < b.x, a.x, b.x), PICK(a.y < b.y, a.y, b.y), PICK(a.z < b.z, a.z, b.z));
+}
+
+static Vector higher3(Vector a, Vector b) {
+    return vector(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z));
+}
 
 static Vector pick3(ints mask, Vector yes, Vector no) {
     return vector(PICK(mask, yes.x, no.x), PICK(mask, yes.y, no.y), PICK(mask, yes.z, no.z));

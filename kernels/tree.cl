@@ -100,29 +100,13 @@ typedef struct {
     type delta = FMA(r_, r_, -FMA(lx, lx, FMA(ly, ly, lz * lz)));          \
     type c = FMA(-r_, r_, FMA(fx, fx, FMA(fy, fy, fz * fz)));
 
-// Not fmax() and fabs(), which are calls on PoCL.
-static reals larger(reals a, reals b) { return PICK(a > b, a, b); }
+// Not fabs(), which is a call on PoCL.
 static reals absolute(reals a) { return PICK(a < 0, -a, a); }
 static reals largest_of(Vector v) {
     return larger(absolute(v.x), larger(absolute(v.y), absolute(v.z)));
 }
 
-// The least and the greatest number of a vector, by halves.
-#define HALVED(name, n, half, pick)                  \
-    static real JOIN(name, n)(JOIN(FLOATING, n) v) { \
-        JOIN(FLOATING, half) a = v.lo, b = v.hi;     \
-        return JOIN(name, half)(pick);               \
-    }
-static real least1(real v) { return v; }
-static real most1(real v) { return v; }
-static real least2(JOIN(FLOATING, 2) v) { return v.x < v.y ? v.x : v.y; }
-static real most2(JOIN(FLOATING, 2) v) { return v.x > v.y ? v.x : v.y; }
-HALVED(least, 4, 2, a < b ? a : b)
-HALVED(least, 8, 4, a < b ? a : b)
-HALVED(least, 16, 8, a < b ? a : b)
-HALVED(most, 4, 2, a > b ? a : b)
-HALVED(most, 8, 4, a > b ? a : b)
-HALVED(most, 16, 8, a > b ? a : b)
+// The least and the greatest number of those lanes.
 #define LEAST(on, v) JOIN(least, LANES)(PICK(on, v, INFINITY))
 #define MOST(on, v) JOIN(most, LANES)(PICK(on, v, -INFINITY))
 

@@ -51,11 +51,11 @@ def fill(
     columns = film.shape[1]
     same_for_all = (
         np.int32(corner[0]),
-        *(uploaded := [_uploaded(queue.context, value) for value in arguments.values()]),
+        *(uploaded := upload(queue.context, arguments)).values(),
     )
     items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
-    rows = max(FIRST_BAND_TESTS // tests, 1)
+    rows = _whole(FIRST_BAND_TESTS // tests, packet[1])
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
     # empty while the host waits for the band before.
@@ -72,7 +72,7 @@ def fill(
         if progress is not None:
             progress(band_rows)
         fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
-        return max(int(min(fitting, BAND_PIXELS / columns)), 1)
+        return _whole(int(min(fitting, BAND_PIXELS / columns)), packet[1])
 
     try:
         begun = 0
@@ -95,11 +95,20 @@ def fill(
         while under_way:
             finish_oldest()
         if "lost" in arguments:
-            buffer = dict(zip(arguments, uploaded, strict=True))["lost"]
-            cl.enqueue_copy(queue, arguments["lost"], buffer)
+            cl.enqueue_copy(queue, arguments["lost"], uploaded["lost"])
     finally:
         queue.finish()  # the device writes to the film: an error must not free it
     return kernel_seconds
+
+
+def _whole(rows: int, packet_rows: int) -> int:
+    """So many rows as whole packets have, at least one of these."""
+    return max(rows // packet_rows, 1) * packet_rows
+
+
+def upload(context: "cl.Context", arguments: dict[str, Any]) -> dict[str, Any]:
+    """A kernel's arguments on a device."""
+    return {name: _uploaded(context, value) for name, value in arguments.items()}
 
 
 def _uploaded(context: "cl.Context", value: Any) -> Any:

@@ -19,7 +19,19 @@ from clrt.opencl.device import identity
 if TYPE_CHECKING:
     import pyopencl as cl
 
-KERNELS = ("lanes", "sphere", "glass", "camera", "shading", "tree", "build", "film", "render")
+KERNELS = (
+    "lanes",
+    "sphere",
+    "glass",
+    "camera",
+    "shading",
+    "tree",
+    "build",
+    "film",
+    "trace",
+    "samples",
+    "render",
+)
 
 _building = threading.Lock()  # catch_warnings() is not for several threads
 

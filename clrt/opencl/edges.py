@@ -1,0 +1,94 @@
+"""Edges: the pixels of a film that more samples make better."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clrt.opencl import bands
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+GROUP = 8  # work-items, each of which traces many packets
+BLOCK_PIXELS = 1 << 24  # whose edges are listed at a time
+FIRST_SAMPLES = 1 << 22  # are traced at a time at first, then as many as take bands.BAND_SECONDS
+
+
+def refine(
+    film: NDArray[Any],
+    corner: tuple[int, int],
+    box: tuple[int, int, int, int],
+    paths: "cl.Buffer",
+    queue: "cl.CommandQueue",
+    kernels: "dict[str, cl.Kernel]",
+    arguments: dict[str, Any],
+    progress: Callable[[int], object] | None = None,
+) -> float:
+    """Makes those pixels again whose paths are unlike a neighbour's.
+
+    Args:
+        film: (rows, columns, ...), contiguous.
+        corner: its first pixel's column and row in the picture.
+        box: columns and rows of the film that are wanted: left, top, right, bottom. What is around
+            are neighbours.
+        paths: (rows, columns) uint32.
+        kernels: `edges` and `render` of a program that refines.
+        arguments: of `render`, see clrt.pack.
+        progress: called with the number of rows just finished.
+
+    Returns:
+        How long kernels ran, in seconds, by the device's clock.
+    """
+    import pyopencl as cl
+
+    rows, columns = film.shape[:2]
+    left, top, right, bottom = box
+    uploaded = bands.upload(queue.context, arguments)
+    block = max(BLOCK_PIXELS // columns, 1)
+    found = cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, 4 * min(block, rows) * columns)
+    seconds = 0.0
+
+    def ran(kernel: "cl.Kernel", size: Any, group: Any, *values: Any) -> None:
+        nonlocal seconds
+        kernel.set_args(*(np.int32(v) if isinstance(v, int) else v for v in values))
+        done = cl.enqueue_nd_range_kernel(queue, kernel, size, group)
+        done.wait()
+        seconds += 1e-9 * (done.profile.end - done.profile.start)
+
+    try:
+        for first in range(top, bottom, block):
+            last = min(first + block, bottom)
+            number = np.zeros(1, np.int32)
+            count = bands.upload(queue.context, {"count": number})["count"]
+            size = -(-(right - left) // 16), last - first
+            ran(
+                kernels["edges"], size, None, paths, columns, rows, left, first, right, found, count
+            )
+            cl.enqueue_copy(queue, number, count)
+            total, start, told = int(number[0]), 0, 0
+            flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
+            band = cl.Buffer(queue.context, flags, hostbuf=film[first:last])
+            place = corner[1] + first, columns, last - first, corner[0]
+            chunk = FIRST_SAMPLES // int(arguments["samples"])
+            while start < total:
+                chunk = min(max(chunk, GROUP), total - start)
+                before, items = seconds, (-(-chunk // GROUP) * GROUP,)
+                each = found, start, chunk, *uploaded.values()
+                ran(kernels["render"], items, (GROUP,), band, *place, *each)
+                start += chunk
+                chunk = int(chunk * min(bands.BAND_SECONDS / (seconds - before), bands.GROWTH))
+                if progress is not None:
+                    progress((last - first) * start // total - told)
+                told = (last - first) * start // total
+            if progress is not None:
+                progress(last - first - told)
+            shape, dtype = film[first:last].shape, film.dtype
+            array, _ = cl.enqueue_map_buffer(queue, band, cl.map_flags.READ, 0, shape, dtype)
+            array.base.release(queue)
+        if "lost" in arguments:
+            cl.enqueue_copy(queue, arguments["lost"], uploaded["lost"])
+    finally:
+        queue.finish()  # the device writes to the film: an error must not free it
+    return seconds

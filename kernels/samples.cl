@@ -1,0 +1,153 @@
+// Samples: several points of a pixel, and when they are enough.
+//
+// The host defines HASHED if a pixel's path is wanted beside its colour. Pixels whose paths are
+// unlike a neighbour's are at an edge; edges() lists them, and a program with REFINE traces these
+// again, its lanes as points of one pixel. It defines GATHER if every pixel gets several samples: the
+// lanes are then pixels, and all have their points at the same places.
+//
+// A picture is the mean over each pixel's square. The points are those of a Sobol sequence, scrambled
+// after Owen, so that n of them miss the share of a pixel that lies beyond a straight edge by about
+// 0.3 n^-0.75 (rms, tests/test_samples.py).
+
+#ifdef REFINE
+
+// 16 pixels of one row that each have a neighbour of another path, as bits. From `middle`, pointing at
+// the first, the rows above and below are `above` and `below` numbers away: 0 where there are none.
+static uint edges_of(__global const uint *middle, int above, int below) {
+    uint16 own = vload16(0, middle);
+    int16 unlike = 0;
+    for (int row = 0; row < 3; row++) {
+        __global const uint *at = middle + (row == 0 ? above : row == 1 ? 0 : below);
+        unlike |=
+            (vload16(0, at - 1) != own) | (vload16(0, at) != own) | (vload16(0, at + 1) != own);
+    }
+    unlike &= (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+    int8 a = unlike.lo | unlike.hi;
+    int4 b = a.lo | a.hi;
+    int2 c = b.lo | b.hi;
+    return c.x | c.y;
+}
+
+// Lists the pixels of a film that are at an edge, in any order.
+// paths: height x width. Those are listed that lie before column `right`, from column `left` and row
+// `first_row` on, by their place in a film that begins with that row. Global size: (columns / 16,
+// rounded up; rows).
+__kernel void edges(__global const uint *paths, int width, int height, int left, int first_row,
+                    int right, __global int *list, __global int *count) {
+    int column = left + 16 * get_global_id(0), row = first_row + get_global_id(1);
+    int above = row > 0 ? -width : 0, below = row < height - 1 ? width : 0;
+    __global const uint *at = paths + (size_t)row * width + column;
+    uint bits = 0;
+    if (column > 0 && column + 17 <= width && column + 16 <= right) {
+        bits = edges_of(at, above, below);
+    } else {
+        for (int i = 0; i < 16 && column + i < right; i++) {
+            uint unlike = 0;
+            for (int dx = column + i > 0 ? -1 : 0; dx < 2 && column + i + dx < width; dx++)
+                unlike |= (at[i] ^ at[i + dx]) | (at[i] ^ at[i + dx + above]) |
+                          (at[i] ^ at[i + dx + below]);
+            bits |= (uint)(unlike != 0) << i;
+        }
+    }
+    if (!bits) return;
+    int place = atomic_add(count, (int)popcount(bits));
+    for (int i = 0; i < 16; i++)
+        if (bits >> i & 1) list[place++] = (row - first_row) * width + column + i;
+}
+
+#endif
+
+#if defined(GATHER) || defined(REFINE)
+
+// How many samples there are between two looks whether they are enough.
+#define ROUND 16
+
+typedef struct {
+    Vector color;
+    reals alpha;
+} Sum;
+
+// By blocks, lest a sum of 65536 numbers is off by as many roundings.
+static Sum with(Sum sum, Sample sample, ints on) {
+    sum.color = plus(sum.color, pick3(on, sample.color, vector(0, 0, 0)));
+    sum.alpha += PICK(on, sample.alpha, 0);
+    return sum;
+}
+
+static Sum sum_of(Sum a, Sum b) {
+    Sum sum = {plus(a.color, b.color), a.alpha + b.alpha};
+    return sum;
+}
+
+// Whether the mean of n samples that lie so far apart may be off by more than 1/255: an edge that
+// parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
+#define ENOUGH REAL(127.5)
+static real range_that_is_enough(int n) {
+    real root = sqrt((real)n);
+    return root * sqrt(root) / ENOUGH;
+}
+
+#ifdef GATHER
+
+// The mean of several samples of each pixel of a packet.
+static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points) {
+    Sum sum = {vector(0, 0, 0), 0};
+    Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
+    reals count = 0;
+    ints going = count >= 0, path = 0;
+    Pixels at = pixels_at(scene.camera, column, row);
+    for (int start = 0; start < samples && ANY(going); start += ROUND) {
+        Sum block = {vector(0, 0, 0), 0};
+        int end = min(start + ROUND, samples);
+        for (int i = start; i < end; i++) {
+            Pixels here = moved(at, scene.camera, points[2 * i], points[2 * i + 1]);
+            Sample sample = traced(scene, here);
+            block = with(block, sample, going);
+            low = lower3(low, sample.color), high = higher3(high, sample.color);
+#ifdef HASHED
+            path = path * 16777619 + sample.path;
+#endif
+        }
+        sum = sum_of(sum, block);
+        count += PICK(going, end - start, 0);
+        Vector range = minus(high, low);
+        going &= larger(range.x, larger(range.y, range.z)) > range_that_is_enough(end);
+    }
+    Sample mean = {scaled(sum.color, 1 / count), sum.alpha / count, path};
+    return mean;
+}
+
+#else
+
+// The mean of several samples of one pixel.
+static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points) {
+    Sum sum = {vector(0, 0, 0), 0};
+    Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
+    int end = 0;
+    for (bool enough = false; end < samples && !enough;) {
+        Sum block = {vector(0, 0, 0), 0};
+        for (int i = end; i < min(end + ROUND, samples); i += LANES) {
+            ints on = i + LANE < samples;
+            reals right = *(__global const reals *)(points + 2 * i);
+            reals up = *(__global const reals *)(points + 2 * i + LANES);
+            Sample sample = traced(scene, points_of(scene.camera, column, row, right, up));
+            block = with(block, sample, on);
+            low = lower3(low, pick3(on, sample.color, low));
+            high = higher3(high, pick3(on, sample.color, high));
+        }
+        sum = sum_of(sum, block);
+        end = min(end + ROUND, samples);
+        real range = JOIN(most, LANES)(high.x) - JOIN(least, LANES)(low.x);
+        range = max(range, JOIN(most, LANES)(high.y) - JOIN(least, LANES)(low.y));
+        range = max(range, JOIN(most, LANES)(high.z) - JOIN(least, LANES)(low.z));
+        enough = !(range > range_that_is_enough(end));
+    }
+    Sample mean = {
+        vector(JOIN(total, LANES)(sum.color.x) / end, JOIN(total, LANES)(sum.color.y) / end,
+               JOIN(total, LANES)(sum.color.z) / end),
+        JOIN(total, LANES)(sum.alpha) / end, 0};
+    return mean;
+}
+
+#endif
+#endif
