@@ -134,8 +134,7 @@ class Exposer:
             film = self.blank(shape, dtype, use)
         if features.nest:
             arguments = arguments | {"lost": np.zeros(2, np.int32)}
-        paths = None
-        first = pack.sampling(features, scene)
+        first, paths = pack.sampling(features, scene), None
         if features.hashed:
             paths = cl.Buffer(self._queue.context, cl.mem_flags.READ_WRITE, 4 * shape[0] * shape[1])
             first = {"paths": paths, "top": np.int32(y0)} | first
@@ -149,7 +148,7 @@ class Exposer:
             progress if len(programs) == 1 else _quiet(progress),
         )
         inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
-        if len(programs) > 1:
+        if len(programs) > 1 and paths is not None:
             features, kernels = programs[1]
             more = pack.sampling(features, scene) | arguments
             seconds += edges.refine(

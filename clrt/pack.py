@@ -75,6 +75,8 @@ class Features(msgspec.Struct, frozen=True):
     """A surface mirrors and transmits."""
     background: bool = False
     """Rays that leave the scene after a mirror see something there."""
+    round: bool = False
+    """A light is a ball or a disc."""
     hashed: bool = False
     """Pixels' paths are wanted beside their colours: edges get more samples."""
     refine: bool = False
@@ -170,10 +172,13 @@ def material_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
     return np.dtype([(name, real) for name in names], align=True)
 
 
-def light_dtype(real: Real, attenuation: bool = False, spot: bool = False) -> np.dtype[Any]:
+def light_dtype(
+    real: Real, attenuation: bool = False, spot: bool = False, is_round: bool = False
+) -> np.dtype[Any]:
     fields = [("position", real, 3)]
     fields += [("fade", real, 3), ("strength", real)] * attenuation  # type: ignore[list-item]
     fields += [("axis", real, 3), ("edge", real, 2)] * spot
+    fields += [("radius", real)] * is_round  # type: ignore[list-item]
     return np.dtype(fields, align=True)
 
 
@@ -365,6 +370,7 @@ def features(
         nest=world.nest,
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
         background=_shows_background(world, scene),
+        round=any(light.is_round for light in world.shining),
         hashed=adaptive and stage == "picture",
         refine=stage == "edges",
         gather=adaptive and stage == "picture" and base(scene) > 1,
@@ -536,7 +542,8 @@ def _pack_lights(
     turn: the axes of that space; extent: how far the spheres reach in it before it is scaled.
     """
     fades, spots = any(map(_fades, lights)), any(isinstance(light, SpotLight) for light in lights)
-    packed = np.zeros(len(lights), light_dtype(real, fades, spots))
+    balls = any(light.is_round for light in lights)
+    packed = np.zeros(len(lights), light_dtype(real, fades, spots, balls))
     for light, one in zip(lights, packed, strict=True):
         if isinstance(light, DirectionalLight):
             place = -MAX_DISTANCE * extent * (turn @ _unit(np.array(light.direction, turn.dtype)))
@@ -544,11 +551,20 @@ def _pack_lights(
             place = turn @ (np.array(light.position, turn.dtype) - origin)
         nearer = 1 / np.maximum(np.linalg.norm(place) / (MAX_DISTANCE * extent), 1)
         one["position"] = scale * nearer * place
+        if balls:
+            one["radius"] = _light_radius(light, place) * scale * nearer
         if fades:
             one["fade"], one["strength"] = _fade(light, scale * nearer)
         if spots:
             one["axis"], one["edge"] = _cone(light, turn)
     return packed
+
+
+def _light_radius(light: Shining, place: Array) -> Any:
+    """Of a ball that fills as much of the sky, in the unit of its place."""
+    if isinstance(light, DirectionalLight):
+        return np.linalg.norm(place) * np.sin(np.radians(place.dtype.type(light.half_angle)))
+    return np.minimum(place.dtype.type(light.radius), MAX_DISTANCE * (1 + np.linalg.norm(place)))
 
 
 def _fade(light: Shining, scale: Any) -> tuple[Array, Any]:

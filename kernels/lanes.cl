@@ -98,8 +98,9 @@ static int greatest(ints n) {
 }
 #endif
 
-// Not fmax(), which is a call on PoCL.
+// Not fmax() and fabs(), which are calls on PoCL.
 static reals larger(reals a, reals b) { return PICK(a > b, a, b); }
+static reals absolute(reals a) { return PICK(a < 0, -a, a); }
 
 // The least and the greatest number of a vector, and the sum, by halves.
 #define HALVED(name, n, half, pick)                  \

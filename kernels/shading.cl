@@ -13,8 +13,8 @@ typedef struct {
 #endif
 } Material;
 
-// 12 bytes as float32, 24 as float64; with ATTENUATION 16 and 32 more, with SPOT 20 and 40. A point
-// light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
+// 12 bytes as float32, 24 as float64; with ATTENUATION 16 and 32 more, with SPOT 20 and 40,
+// with ROUND 4 and 8. A point light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
 typedef struct {
     real position[3];
 #ifdef ATTENUATION
@@ -23,6 +23,9 @@ typedef struct {
 #ifdef SPOT
     real axis[3];  // the way that its middle shines, of unit length
     real edge[2];  // see cone()
+#endif
+#ifdef ROUND
+    real radius;  // 0: a point
 #endif
 } Light;
 

@@ -60,14 +60,21 @@ static ints is_inside(Ray ray, ints s) {
     return in;
 }
 
-// Glass that a shadow ray enters multiplies its light. The product is kept as a sum of -log2(T), in
-// whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
-// factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
+#endif
+
+// Parts of a light as whole numbers, see veiled() and Cover.
+#if defined(NEST) || defined(ROUND)
 #ifdef DOUBLE
 #define VEIL 1099511627776.0
 #else
 #define VEIL 8388608.0f
 #endif
+#endif
+
+#ifdef NEST
+// Glass that a shadow ray enters multiplies its light. The product is kept as a sum of -log2(T), in
+// whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
+// factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
 #define OPAQUE ((INTEGER)(128 * VEIL) - 1)
 static ints veiled(ints veil, ints met, ints more) {
     ints sum = veil + PICK_INT(met, more, 0);

@@ -43,6 +43,13 @@
     }
 #endif
 
+// ROUND: where the spheres of `spheres` are in the scene's list.
+#ifdef TREE
+#define LISTED_IDS scene.ids
+#else
+#define LISTED_IDS 0
+#endif
+
 #if defined(LONG_LENS) || defined(ORTHOGRAPHIC)
 #define ORIGIN_IN_COMMON false
 #else
@@ -257,6 +264,9 @@ static Sample traced(Scene scene, Pixels at) {
         Vector mirrored = along(scaled(to_camera, -1), 2 * dot3(normal, to_camera), normal);
 #endif
         ints reached = 0;  // the lanes that some light reaches
+#ifdef ROUND
+        reals missed = 1;  // the part that no light reaches: mirrored light ends with it
+#endif
 #ifdef NEST
         ints out = (hit.sphere >= 0) & is_inside(ray, hit.sphere);  // at a far side
         ints on = (hit.sphere >= 0) & !out;
@@ -264,6 +274,9 @@ static Sample traced(Scene scene, Pixels at) {
 #ifdef AMBIENT
         {
             reached = SHOWN;
+#ifdef ROUND
+            missed = 0;
+#endif
             reals diffuse = 0, specular = 0;
             __global const Shade *shade = scene.shades + scene.light_count * scene.material_count;
             SHADED(reached, shade)
@@ -277,6 +290,10 @@ static Sample traced(Scene scene, Pixels at) {
             to_light = scaled(to_light, inv_distance);
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
+#ifdef NEST
+            shadow.inside = ray.inside;
+            ints veil = 0;
+#endif
             ints lit = SHOWN & (diffuse >= surface.horizon);
             reals share = weight;  // of this light's in the colour
 #ifdef SPOT
@@ -284,40 +301,69 @@ static Sample traced(Scene scene, Pixels at) {
             lit &= part > 0;
             share *= part;
 #endif
-#ifdef NEST
-            shadow.inside = ray.inside;
-            ints veil = 0;
+#ifdef ROUND
+            if (scene.lights[k].radius > 0) {
+                Cap cap = cap_of(to_light, distance2 * inv_distance, scene.lights[k].radius);
+                lit = SHOWN & (diffuse > -cap.sine);
+#ifdef SPOT
+                lit &= part > 0;
+#endif
+                Cover cover = covered_by(shadow, cap, lit, scene.encloses + k * scene.sphere_count,
+                                         scene.spheres, LISTED_IDS, scene.sphere_count);
 #ifdef TREE
-            if (ANY(lit))
-                veil = occluded_by_listed(shadow, distance2 * inv_distance,
-                                          scene.encloses + k * scene.sphere_count, scene.spheres,
-                                          scene.ids, scene.sphere_count);
-            lit &= veil < OPAQUE;
-            if (ANY(lit)) {
-                ints more = occluded_in_tree(tree, shadow, distance2 * inv_distance,
-                                             splat(scene.lights[k].position), lit);
-                veil = veiled(veil, lit, more);
-            }
-#else
-            if (ANY(lit))
-                veil = occluded(shadow, distance2 * inv_distance,
-                                scene.encloses + k * scene.sphere_count, scene.spheres,
-                                scene.sphere_count);
+                cover = covered_in_tree(tree, cover, shadow, cap, lit);
 #endif
-            lit &= veil < OPAQUE;
+                reals above = 1;
+                if (ANY(lit & (diffuse < cap.sine)))
+                    above = 1 - part_covered(cap, scaled(normal, -1), HALF_PI, 1);
+                reals visible = visible_part(cover, above);
+                lit &= visible > 0;
+                share *= visible;
+                diffuse = mean_cosine(cap, diffuse) / PICK(above > 0, above, 1);
+                missed *= PICK(lit, 1 - visible, 1);
+#ifdef NEST
+                veil = cover.veil;
+                lit &= veil < OPAQUE;
+#endif
+            } else
+#endif
+            {
+#ifdef NEST
+#ifdef TREE
+                if (ANY(lit))
+                    veil = occluded_by_listed(shadow, distance2 * inv_distance,
+                                              scene.encloses + k * scene.sphere_count,
+                                              scene.spheres, scene.ids, scene.sphere_count);
+                lit &= veil < OPAQUE;
+                if (ANY(lit)) {
+                    ints more = occluded_in_tree(tree, shadow, distance2 * inv_distance,
+                                                 splat(scene.lights[k].position), lit);
+                    veil = veiled(veil, lit, more);
+                }
+#else
+                if (ANY(lit))
+                    veil = occluded(shadow, distance2 * inv_distance,
+                                    scene.encloses + k * scene.sphere_count, scene.spheres,
+                                    scene.sphere_count);
+#endif
+                lit &= veil < OPAQUE;
 #elif defined(TREE)
-            if (ANY(lit))
-                lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
-                                           scene.encloses + k * scene.sphere_count, scene.spheres,
-                                           scene.ids, scene.sphere_count);
-            if (ANY(lit))
-                lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
-                                         splat(scene.lights[k].position), lit);
+                if (ANY(lit))
+                    lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
+                                               scene.encloses + k * scene.sphere_count,
+                                               scene.spheres, scene.ids, scene.sphere_count);
+                if (ANY(lit))
+                    lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
+                                             splat(scene.lights[k].position), lit);
 #else
-            lit &=
-                !occluded(shadow, distance2 * inv_distance, scene.encloses + k * scene.sphere_count,
-                          scene.spheres, scene.sphere_count);
+                lit &= !occluded(shadow, distance2 * inv_distance,
+                                 scene.encloses + k * scene.sphere_count, scene.spheres,
+                                 scene.sphere_count);
 #endif
+#ifdef ROUND
+                missed = PICK(lit, 0, missed);
+#endif
+            }
 #ifdef PATHS
 #ifdef NEST
             ints dim = TO_INTS(TO_REALS(veil) * (64 / VEIL) + REAL(0.5));  // to a hundredth
@@ -350,6 +396,9 @@ static Sample traced(Scene scene, Pixels at) {
             color = pick3(lit, along(color, share, light), color);
         }
 #ifdef REFLECTION
+#ifdef ROUND
+        surface.reflection *= 1 - missed;
+#endif
 #ifdef NEST
         ints entering = on & (surface.transmission > 0), crossing = entering | out;
         ints mirrors = reached & on & !entering;

@@ -100,8 +100,6 @@ typedef struct {
     type delta = FMA(r_, r_, -FMA(lx, lx, FMA(ly, ly, lz * lz)));          \
     type c = FMA(-r_, r_, FMA(fx, fx, FMA(fy, fy, fz * fz)));
 
-// Not fabs(), which is a call on PoCL.
-static reals absolute(reals a) { return PICK(a < 0, -a, a); }
 static reals largest_of(Vector v) {
     return larger(absolute(v.x), larger(absolute(v.y), absolute(v.z)));
 }
@@ -743,5 +741,113 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
     return on & !clears[0];
 #endif
 }
+
+#ifdef ROUND
+
+// The boxes that a cone meets which opens from a ray's origin, `opening` its half angle's tangent. A
+// box and what lies around it as far as the cone is wide at its farthest point meet the ray.
+static uint boxes_in_cone(Single ray, Slabs slabs, __global const Node *node, real opening,
+                          real end) {
+    __global const wides *lo = (__global const wides *)node->lo;
+    __global const wides *hi = (__global const wides *)node->hi;
+    wides far = -(ray.o[0] * ray.d[0] + (ray.o[1] * ray.d[1] + ray.o[2] * ray.d[2]));
+    for (int a = 0; a < 3; a++) far += (slabs.forward[a] ? hi : lo)[a] * ray.d[a];
+    wides width = far * opening * (1 + 16 * UNIT_ROUNDOFF), from = 0, to = end;
+    for (int a = 0; a < 3; a++) {
+        wides wider = slabs.forward[a] ? -width : width;
+        wides enter = ((slabs.forward[a] ? lo : hi)[a] + wider) * slabs.inverse[a] + slabs.enter[a];
+        wides leave = ((slabs.forward[a] ? hi : lo)[a] - wider) * slabs.inverse[a] + slabs.leave[a];
+        from = enter > from ? enter : from;
+        to = leave < to ? leave : to;
+    }
+    return wide_bits((far > 0) & (from <= to * (1 + 16 * UNIT_ROUNDOFF)));
+}
+
+// Adds the spheres of a leaf, as many at a time as there are lanes.
+static Cover covered_by_leaf(Tree tree, Cover cover, Single ray, Cap cap,
+                             __global const Leaf *leaf) {
+    for (int i = 0; i < WIDE; i += LANES) {
+        ints id = TO_INTS(*(__global const LANES_OF(int) *)(leaf->id + i));
+        Vector f = vector(*(__global const reals *)(leaf->center[0] + i) - ray.o[0],
+                          *(__global const reals *)(leaf->center[1] + i) - ray.o[1],
+                          *(__global const reals *)(leaf->center[2] + i) - ray.o[2]);
+        reals radius = *(__global const reals *)(leaf->radius + i);
+        reals c = FMA(-radius, radius, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
+        ints met = id != ray.leaves;
+#ifdef NEST
+        for (int n = 0; n < NEST; n++) met &= id + 1 != ray.inside[n];
+        __private ints takes[1] = {0};
+        for (int k = 0; k < LANES; k++)
+            if (leaf->id[i + k] >= 0)
+                ((__private INTEGER *)takes)[k] = tree.glass[leaf->id[i + k]].veil;
+        cover = covered(cover, cap, met, f, radius, c, 0, takes[0]);
+#else
+        cover = covered(cover, cap, met, f, radius, c, 0);
+#endif
+    }
+    return cover;
+}
+
+#if LANES == 1
+#define SUM_OF(n) (n)
+#else
+static INTEGER sum_of_ints(ints n) {
+    __private ints all[1] = {n};
+    __private const INTEGER *each = (__private const INTEGER *)all;
+    INTEGER sum = 0;
+    for (int i = 0; i < LANES; i++) sum += each[i];
+    return sum;
+}
+#define SUM_OF(n) sum_of_ints(n)
+#endif
+
+// What the tree's spheres cover of lights, beside what others do, for the rays that are on: ray by ray.
+static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on) {
+    __private Cover covers[1] = {cover};
+    __private INTEGER *hidden = (__private INTEGER *)&covers[0].hidden;
+    __private Cap caps[1] = {cap};
+    __private const real *sine = (__private const real *)&caps[0].sine;
+    __private const real *cosine = (__private const real *)&caps[0].cosine;
+    __private const real *angle = (__private const real *)&caps[0].angle;
+    __private const real *versine = (__private const real *)&caps[0].versine;
+    __private const real *distance = (__private const real *)&caps[0].distance;
+#ifdef NEST
+    __private INTEGER *veil = (__private INTEGER *)&covers[0].veil;
+#endif
+    INSIDE_OF(ray)
+    FOR_EACH_RAY(ray, on) {
+        SINGLE_INSIDE(i)
+        Cap own;
+        own.to = vector(single.d[0], single.d[1], single.d[2]);
+        own.angle = angle[i], own.sine = sine[i], own.cosine = cosine[i];
+        own.versine = versine[i], own.distance = distance[i];
+        // Towards 90 degrees a cone meets whatever is ahead.
+        real opening = sine[i] / fmax(cosine[i], REAL(1e-3));
+        real end = distance[i] * (1 + sine[i]);
+        Slabs slabs = slabs_of(single);
+        Cover sum = {0};
+        int stack[STACK], top = 0;
+        for (int e = 0; e >= 0;) {
+            if (e < tree.shape.node_count) {
+                uint bits = boxes_in_cone(single, slabs, tree.nodes + e, opening, end);
+                if (bits) {
+                    e = descend_anyhow(tree.shape, e, bits, stack, &top);
+                    continue;
+                }
+            } else {
+                sum = covered_by_leaf(tree, sum, single, own,
+                                      tree.leaves + (e - tree.shape.node_count));
+            }
+            e = top > 0 ? stack[--top] : -1;
+        }
+        hidden[i] = min(hidden[i] + SUM_OF(sum.hidden), (INTEGER)VEIL * 2);
+#ifdef NEST
+        veil[i] = min(veil[i] + SUM_OF(sum.veil), OPAQUE);
+#endif
+    }
+    return covers[0];
+}
+
+#endif
 
 #endif

@@ -25,6 +25,7 @@ KERNELS = (
     "glass",
     "camera",
     "shading",
+    "round",
     "tree",
     "build",
     "film",
