@@ -114,6 +114,7 @@ class Exposer:
         import pyopencl as cl
 
         features, kernels = programs[0]
+        arguments = pack.suited(arguments, features)
         x0, y0, x1, y1 = box
         if features.hashed:  # by a pixel, whose paths are compared with those inside
             x0, y0, x1, y1 = (

@@ -77,6 +77,14 @@ class Features(msgspec.Struct, frozen=True):
     """Rays that leave the scene after a mirror see something there."""
     round: bool = False
     """A light is a ball or a disc."""
+    occlusion: bool = False
+    """Spheres hide ambient light."""
+    lens: bool = False
+    """What is out of focus is blurred."""
+    gloss: bool = False
+    """A mirror is rough."""
+    indirect: bool = False
+    """Surfaces light each other."""
     hashed: bool = False
     """Pixels' paths are wanted beside their colours: edges get more samples."""
     refine: bool = False
@@ -134,10 +142,11 @@ COLORS = ("ambient", "diffuse", "specular")
 AXES = ("right", "up", "back")
 
 
-def camera_dtype(real: Real) -> np.dtype[Any]:
+def camera_dtype(real: Real, lens: bool = False) -> np.dtype[Any]:
     fields = [("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)]
     axes = [(axis, real, 3) for axis in AXES]
-    return np.dtype([*fields, *axes, ("unit", real)], align=True)
+    blur = [("aperture", real), ("inv_focus", real)] * lens
+    return np.dtype([*fields, *axes, ("unit", real), *blur], align=True)
 
 
 def glass_dtype(real: Real) -> np.dtype[Any]:
@@ -167,9 +176,13 @@ def sphere_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
     )
 
 
-def material_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
+def material_dtype(
+    real: Real, transparent: bool = False, glossy: bool = False, indirect: bool = False
+) -> np.dtype[Any]:
     names = ("exponent", "reflection", *("transmission", "ior", "fresnel") * transparent)
-    return np.dtype([(name, real) for name in names], align=True)
+    fields: list[Any] = [(name, real) for name in names]
+    fields += [("spread", real)] * glossy + [("diffuse", real, 3)] * indirect
+    return np.dtype(fields, align=True)
 
 
 def light_dtype(
@@ -198,7 +211,11 @@ class World:
     lights: Sequence[LightKind]
     shining: tuple[Shining, ...]
     """The lights that cast shadows."""
+    skies: tuple[AmbientLight, ...]
+    """Ambient light that spheres hide."""
     materials: dict[str, Material]
+    max_depth: int
+    indirect: bool
     precision: Precision
     tree: bool
     spheres: Spheres
@@ -208,7 +225,8 @@ class World:
     """int64: which spheres a light is inside of, in order."""
     packed_materials: Array
     shades: Array
-    """(shining lights, materials), and a row more for ambient light if there is any."""
+    """(shining lights, materials), then a row for ambient light that reaches every point, if there
+    is any, then one for each of the skies."""
     colors: Array | None
     """(spheres, 3) of real, if they have their own."""
     glass: Array | None
@@ -223,6 +241,8 @@ class World:
             self.given is scene.spheres
             and self.lights == scene.lights
             and self.materials == scene.materials
+            and self.max_depth == scene.max_depth
+            and self.indirect == _is_indirect(scene)
         )
 
 
@@ -236,20 +256,34 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     places = np.array([index[name] for name in spheres.names or ()], np.int32)
     material_of = places[spheres.material_index]
     panes, nest, gone = _glass(materials, material_of, spheres, real)
-    packed_materials = np.zeros(len(materials), material_dtype(real, nest > 0))
-    ambient = [light.ambient for light in scene.lights if isinstance(light, AmbientLight)]
-    shades = np.zeros((len(shining) + bool(ambient), len(materials)), shade_dtype(real))
+    glossy = _is_glossy(scene)
+    indirect = _is_indirect(scene)
+    dtype = material_dtype(real, nest > 0, glossy, indirect)
+    packed_materials = np.zeros(len(materials), dtype)
+    skies = tuple(light for light in scene.lights if isinstance(light, AmbientLight))
+    ambient = [light.ambient for light in skies if not light.occlusion]
+    skies = tuple(light for light in skies if light.occlusion)
+    rows = len(shining) + bool(ambient) + len(skies)
+    shades = np.zeros((rows, len(materials)), shade_dtype(real))
     with _overflow(precision):
         packed_materials["exponent"] = list(map(_exponent, materials))
         packed_materials["reflection"] = [m.reflection for m in materials]
         if nest:
             for name in ("transmission", "ior", "fresnel"):
                 packed_materials[name] = [getattr(m, name) for m in materials]
+        if glossy:
+            sine = np.array([m.roughness for m in materials], wide)
+            packed_materials["spread"] = sine**2 / (1 + np.sqrt(1 - sine**2))
+        if indirect:
+            packed_materials["diffuse"] = np.clip(
+                np.array([m.diffuse for m in materials], wide).reshape(-1, 3), 0, MAX_COLOR
+            )
         for color in COLORS:
             of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
             of_lights = [getattr(light, color) for light in shining]
             if ambient:
                 of_lights.append(np.sum(ambient, axis=0) if color == "ambient" else BLACK)
+            of_lights += [sky.ambient if color == "ambient" else BLACK for sky in skies]
             for row, of_light in zip(shades[color], of_lights, strict=True):
                 row[:] = np.clip(of_material * np.array(of_light, wide), -MAX_COLOR, MAX_COLOR)
         colors = None
@@ -259,7 +293,10 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         scene.spheres,
         scene.lights,
         shining,
+        skies,
         dict(scene.materials),
+        scene.max_depth,
+        indirect,
         precision,
         precision != "literal" and len(spheres) >= TREE_FROM,
         spheres,
@@ -296,6 +333,14 @@ def _glass(
     return panes, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
 
 
+def _is_glossy(scene: Scene) -> bool:
+    return scene.max_depth > 1 and any(m.is_glossy for m in scene.materials.values())
+
+
+def _is_indirect(scene: Scene) -> bool:
+    return scene.max_depth > 1 and scene.indirect
+
+
 def _exponent(material: Material) -> float:
     if material.highlight == "phong":
         return -min(material.shininess / 2, MAX_EXPONENT)
@@ -323,7 +368,8 @@ def _encloses(center: Array, radius: Array, lights: Sequence[Shining]) -> Array:
 def _goes_on(world: World, scene: Scene) -> bool:
     """Whether a path can go on after its first hit."""
     used = world.materials.values()
-    return scene.max_depth > 1 and any(m.reflection > 0 or m.transmission > 0 for m in used)
+    goes_on = scene.indirect or any(m.reflection > 0 or m.transmission > 0 for m in used)
+    return scene.max_depth > 1 and goes_on
 
 
 def _shows_background(world: World, scene: Scene) -> bool:
@@ -352,6 +398,7 @@ def features(
     if world.precision == "literal" and (key := beyond_paper(scene)):
         raise RequestError(f"precision: literal knows no {key}, expected robust or double")
     adaptive = len(stages(scene, film)) > 1
+    random = scene.is_random and film not in ("passes", "paths")
     used = world.materials.values()
     return Features(
         lanes,
@@ -363,7 +410,7 @@ def features(
         light_inside=len(world.light_inside) > 0,
         tree=world.tree,
         sphere_colors=world.colors is not None,
-        ambient=len(world.shades) > len(world.shining),
+        ambient=len(world.shades) > len(world.shining) + len(world.skies),
         attenuation=any(map(_fades, world.shining)),
         spot=any(isinstance(light, SpotLight) for light in world.shining),
         phong=any(material.highlight == "phong" for material in used),
@@ -372,8 +419,12 @@ def features(
         background=_shows_background(world, scene),
         round=any(light.is_round for light in world.shining),
         hashed=adaptive and stage == "picture",
+        occlusion=random and len(world.skies) > 0,
+        lens=random and scene.camera.has_lens,
+        gloss=random and _is_glossy(scene),
+        indirect=random and _is_indirect(scene),
         refine=stage == "edges",
-        gather=adaptive and stage == "picture" and base(scene) > 1,
+        gather=random or (adaptive and stage == "picture" and base(scene) > 1),
     )
 
 
@@ -406,6 +457,9 @@ def _media(world: World, camera: Camera) -> Array:
 
 ROUND = 16
 """samples.cl: so many samples between two looks whether they are enough."""
+BOUNCES, KINDS, SKY_RAYS = 4, 4, 4
+"""draw.cl: for how many bounces there are numbers, of how many kinds beside those for skies, and
+how many rays each of these gets."""
 
 
 def sampling(features: Features, scene: Scene) -> dict[str, Any]:
@@ -418,7 +472,12 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
     count = base(scene) if features.hashed else scene.samples
     found = samples.offsets(-(-count // ROUND) * ROUND).astype(PRECISIONS[features.precision])
     laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
-    return {"samples": np.int32(count), "points": laid}
+    more = {"samples": np.int32(count), "points": laid}
+    if features.occlusion or features.lens or features.gloss or features.indirect:
+        others = samples.table(len(found), BOUNCES * KINDS, first=1)
+        skies = samples.table(SKY_RAYS * len(found), BOUNCES, first=1 + BOUNCES * KINDS)
+        more["table"] = np.concatenate([others.reshape(-1, 2), skies.reshape(-1, 2)])
+    return more
 
 
 def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:
@@ -474,13 +533,19 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
-    camera = np.zeros(1, camera_dtype(real))
+    camera = np.zeros(1, camera_dtype(real, scene.camera.has_lens))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         if scene.camera.orthographic:
             screen = scale * np.minimum(screen, MAX_DISTANCE * extent)
         camera["step"] = screen / camera["last"]
         camera["eye"] = scale * moved(eye.reshape(1, 3))
+        if scene.camera.has_lens:
+            most = MAX_DISTANCE * extent
+            camera["aperture"] = scale * np.minimum(scene.camera.aperture_radius, most)
+            camera["inv_focus"] = 1 / (
+                scale * np.clip(scene.camera.focus_distance or 0, 1 / most, most)
+            )
         camera["unit"] = np.minimum(1 / scale, np.finfo(real).max)
         for axis, vector in zip(AXES, basis, strict=True):
             camera[axis] = vector
@@ -509,6 +574,10 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "shades": world.shades,
         "encloses": _encloses(*chosen, world.shining),
     }
+    if world.skies:
+        far = np.array([light.distance for light in world.skies], wide)
+        found["sky_count"] = np.int32(len(far))
+        found["skies"] = np.minimum(scale * far, np.finfo(real).max).astype(real)
     if _shows_background(world, scene):
         found["background"] = np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real)
     if world.colors is not None:
@@ -531,6 +600,24 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         }
         if world.glass is not None:
             found["glass"] = world.glass
+    return found
+
+
+def suited(arguments: dict[str, Any], features: Features) -> dict[str, Any]:
+    """A scene's arguments as a program takes them, which may draw nothing at random: what the
+    camera sees first, and paths, are asked for at a pixel's point."""
+    real = PRECISIONS[features.precision]
+    dtypes = {
+        "camera": camera_dtype(real, features.lens),
+        "materials": material_dtype(real, features.nest > 0, features.gloss, features.indirect),
+    }
+    found = dict(arguments)
+    for name, dtype in dtypes.items():
+        found[name] = np.empty(len(arguments[name]), dtype)
+        for field in dtype.names or ():
+            found[name][field] = arguments[name][field]
+    if not features.occlusion:
+        found.pop("sky_count", None), found.pop("skies", None)
     return found
 
 

@@ -19,15 +19,16 @@ EVERY_OTHER = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF
 """Of the bits of a number the lower of each pair, of each pair of pairs and so on."""
 
 
-def table(count: int, pairs: int = 1) -> NDArray[np.uint32]:
-    """The first points of sequences that do not know of each other: (pairs, count, 2), as parts of
-    2^32."""
+def table(count: int, pairs: int = 1, first: int = 0) -> NDArray[np.uint32]:
+    """The first points of some sequences that do not know of each other: (pairs, count, 2), as
+    parts of 2^32. first: the number of the first sequence."""
     index = np.arange(count, dtype=np.uint32)
-    seeds = _mixed(np.arange(1, 3 * pairs + 1, dtype=np.uint32)).reshape(pairs, 3)
+    numbers = np.arange(3 * first + 1, 3 * (first + pairs) + 1, dtype=np.uint32)
+    seeds = _mixed(numbers).reshape(pairs, 3)
     found = np.empty((pairs, count, 2), np.uint32)
     for pair, (order, *axes) in zip(found, seeds, strict=True):
         # Scrambled as well: which of two sequences' points come together.
-        place = _scrambled(index, order) if pairs > 1 else index
+        place = _scrambled(index, order)
         for axis, seed in enumerate(axes):
             pair[:, axis] = _scrambled(_sobol(place, axis), seed)
     return found

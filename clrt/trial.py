@@ -29,6 +29,7 @@ from clrt.opencl import bands, edges, program
 from clrt.opencl.device import devices, identity
 from clrt.scene import Camera, Film, Material, Scene
 from clrt.spheres import Sphere
+from clrt.values import BLACK
 
 if TYPE_CHECKING:
     import pyopencl as cl
@@ -144,8 +145,15 @@ def scene_for(features: pack.Features) -> Scene:
         lights.append(Light((2, 4, 4), diffuse=(0.2, 0.5, 0.1), radius=1e-4))
     if features.ambient:
         lights.append(AmbientLight((0.3, 0.6, 0.3)))
+    if features.occlusion:  # as far as nothing is
+        lights.append(AmbientLight((0.1, 0.1, 0.3), occlusion=True, distance=1e-6))
+    if features.gloss:
+        matte, ground = (replace(m, roughness=1e-6) for m in (matte, ground))
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
+    if features.indirect:  # nothing lights what is not looked at: highlights do not
+        matte, ground = (replace(m, reflection=0.0) for m in (matte, ground))
+        lights = [replace(light, ambient=BLACK, diffuse=BLACK) for light in lights]
     clear = Material((0, 0.02, 0), (0, 0.1, 0), (0.5, 0.5, 0.5), 50, transmission=0.8)
     if features.split:
         clear = replace(clear, reflection=0.2, fresnel=True)
@@ -173,6 +181,8 @@ def scene_for(features: pack.Features) -> Scene:
     camera = Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov)
     if features.orthographic:
         camera = Camera((0.0, 0.3, 0.5), (0.0, 0.2, 0.0), projection="orthographic", height=0.5)
+    if features.lens:
+        camera = replace(camera, aperture_radius=1e-7 * away, focus_distance=away)
     # The kernel's colours are those before what the camera sees of the background directly.
     film = Film((0.2, 0.5, 0.9), transparent=True) if features.background else Film()
     return Scene(
@@ -183,6 +193,7 @@ def scene_for(features: pack.Features) -> Scene:
         max_depth=3 if features.reflection else 1,
         shadow_bias=1e-3 * literal,
         film=film,
+        indirect=features.indirect,
         samples=SAMPLES if features.refine or features.gather else 1,
     )
 
@@ -211,12 +222,20 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
 
 
 def _as_known(scene: Scene) -> Scene:
-    """What the truth knows that looks the same: lights are so small that they are points."""
-    points = [
-        replace(light, radius=0.0) if isinstance(light, Light | SpotLight) else light
-        for light in scene.lights
-    ]
-    return replace(scene, lights=tuple(points))
+    """What the truth knows that looks the same: lights, apertures and roughness are so small that
+    they are none, and no sphere is near enough to be in the way of the sky."""
+    lights: list[LightKind] = []
+    for light in scene.lights:
+        if isinstance(light, Light | SpotLight):
+            light = replace(light, radius=0.0)
+        elif isinstance(light, AmbientLight):
+            light = replace(light, occlusion=False)
+        lights.append(light)
+    materials = {name: replace(m, roughness=0.0) for name, m in scene.materials.items()}
+    camera = replace(scene.camera, aperture_radius=0.0)
+    return replace(
+        scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False
+    )
 
 
 def _wrong_passes(film: pack.Array, trace: reference.Trace) -> pack.Array:

@@ -23,12 +23,16 @@ typedef struct {
     real up[3];
     real back[3];
     real unit;  // of length here, in the world's
+#ifdef LENS
+    real aperture;   // its radius
+    real inv_focus;  // 1 / how far away what is sharp is
+#endif
 } Camera;
 
 // A packet of camera rays: through (x, y, -1), x of each lane.
 typedef struct {
     reals x;
-#if defined(TREE)
+#if defined(TREE) || defined(LENS)
     reals y;
 #elif defined(REFINE)
     reals y;
@@ -39,7 +43,7 @@ typedef struct {
 } Pixels;
 
 // Whether a rectangle of the screen, see Sphere, shows in the packet.
-#if defined(REFINE) && !defined(TREE)
+#if defined(REFINE)
 #define SHOWS(at, bounds)                                                             \
     ((at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.top >= (bounds)[2]) & \
      (at.bottom <= (bounds)[3]))
@@ -63,8 +67,10 @@ static Pixels pixels_at(__global const Camera *camera, int column, int row) {
 #else
     at.x = TO_REALS(2 * LANE + (ints)(first)) * camera->step[0];
     at.y = (camera->last[1] - 2 * row) * camera->step[1];
+#ifndef LENS
     at.left = first * camera->step[0];
     at.right = (first + 2 * (LANES - 1)) * camera->step[0];
+#endif
 #endif
     return at;
 }
@@ -75,7 +81,7 @@ static Pixels pixels_at(__global const Camera *camera, int column, int row) {
 static Pixels moved(Pixels at, __global const Camera *camera, real right, real up) {
     at.x += right * camera->step[0];
     at.y += up * camera->step[1];
-#ifndef TREE
+#if !defined(TREE) && !defined(LENS)
     at.left += right * camera->step[0];
     at.right += right * camera->step[0];
 #endif
@@ -128,7 +134,7 @@ static Hit visible(Pixels at, Ray line, __global const Sphere *spheres, int sphe
 }
 #endif
 
-#elif !defined(TREE)
+#elif !defined(TREE) && !defined(LENS)
 
 // nearest() for rays from the camera. Their common origin is 0, so the direction D = (x, y, -1)
 // need not be of unit length: with a = |D|^2 and b = D.C the roots are those of

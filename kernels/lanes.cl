@@ -169,6 +169,8 @@ static Vector along(Vector a, reals s, Vector b) {
 // A zero vector becomes NaN, which every later comparison rules out.
 static Vector unit(Vector a) { return scaled(a, inverse_sqrt(dot3(a, a))); }
 
+static Vector times(Vector a, Vector b) { return vector(a.x * b.x, a.y * b.y, a.z * b.z); }
+
 static Vector lower3(Vector a, Vector b) {
     return vector(PICK(a.x < b.x, a.x, b.x), PICK(a.y < b.y, a.y, b.y), PICK(a.z < b.z, a.z, b.z));
 }

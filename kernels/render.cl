@@ -18,11 +18,18 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 #if defined(GATHER) || defined(REFINE)
                      int samples, __global const real *points,
 #endif
+#ifdef RANDOM
+                     __global const uint2 *table,
+#endif
                      int max_depth, real shadow_bias, __global const Camera *camera,
                      int sphere_count, __global const Sphere *spheres, int material_count,
                      __global const Material *materials, int light_count,
                      __global const Light *lights, __global const Shade *shades,
                      __global const uchar *encloses
+#ifdef OCCLUSION
+                     ,
+                     int sky_count, __global const real *skies
+#endif
 #ifdef BACKGROUND
                      ,
                      __global const real *background
@@ -57,6 +64,10 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
 
     Scene scene = {max_depth, shadow_bias, camera, sphere_count, spheres, material_count,
                    materials, light_count, lights, shades,       encloses};
+#ifdef OCCLUSION
+    scene.sky_count = sky_count;
+    scene.skies = skies;
+#endif
 #ifdef BACKGROUND
     scene.background = background;
 #endif
@@ -82,7 +93,9 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     Sample sample = gathered(scene, first_column + column, first_row + row, samples, points);
     store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
 #else
-#ifdef GATHER
+#if defined(RANDOM)
+    Sample sample = gathered(scene, first_column + column, first_row + row, samples, points, table);
+#elif defined(GATHER)
     Sample sample = gathered(scene, first_column + column, first_row + row, samples, points);
 #else
     Sample sample = traced(scene, pixels_at(camera, first_column + column, first_row + row));

@@ -90,9 +90,17 @@ static real range_that_is_enough(int n) {
 #ifdef GATHER
 
 // The mean of several samples of each pixel of a packet.
-static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points) {
+static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points
+#ifdef RANDOM
+                       ,
+                       __global const uint2 *table
+#endif
+) {
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
+#ifdef RANDOM
+    Draw draw = {table, (samples + ROUND - 1) / ROUND * ROUND, 0, hash_of_pixels(column, row), 0};
+#endif
     reals count = 0;
     ints going = count >= 0, path = 0;
     Pixels at = pixels_at(scene.camera, column, row);
@@ -101,7 +109,12 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         int end = min(start + ROUND, samples);
         for (int i = start; i < end; i++) {
             Pixels here = moved(at, scene.camera, points[2 * i], points[2 * i + 1]);
+#ifdef RANDOM
+            draw.index = i;
+            Sample sample = traced(scene, here, draw);
+#else
             Sample sample = traced(scene, here);
+#endif
             block = with(block, sample, going);
             low = lower3(low, sample.color), high = higher3(high, sample.color);
 #ifdef HASHED
@@ -110,8 +123,13 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         }
         sum = sum_of(sum, block);
         count += PICK(going, end - start, 0);
+#ifdef RANDOM
+        // That no sample has met what is rare is no sign that it is not there.
+        going &= sum.alpha > 0;
+#else
         Vector range = minus(high, low);
         going &= larger(range.x, larger(range.y, range.z)) > range_that_is_enough(end);
+#endif
     }
     Sample mean = {scaled(sum.color, 1 / count), sum.alpha / count, path};
     return mean;

@@ -3,13 +3,20 @@
 // The host defines PHONG if a material has Phong's highlight, ATTENUATION if a light gets weaker with
 // distance, and SPOT if one shines into a cone (sections 2 and 3).
 
-// 8 bytes as float32, 16 as float64; with NEST 20 and 40.
+// 8 bytes as float32, 16 as float64; with NEST 12 and 24 more, with GLOSS 4 and 8, with INDIRECT 12
+// and 24.
 typedef struct {
     real exponent;    // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
     real reflection;  // in [0, 1]
 #ifdef NEST
     real transmission, ior;
     real fresnel;  // 1: a part of what goes through is mirrored
+#endif
+#ifdef GLOSS
+    real spread;  // of mirrored rays: 1 - cosine of the largest angle that they are off by
+#endif
+#ifdef INDIRECT
+    real diffuse[3];
 #endif
 } Material;
 
@@ -46,6 +53,12 @@ typedef struct {
     reals transmission, ior, fresnel;
     ints order;
 #endif
+#ifdef GLOSS
+    reals spread;
+#endif
+#ifdef INDIRECT
+    Vector diffuse;
+#endif
 } Surface;
 
 static Surface surface_at(Vector point, __global const Sphere *sphere,
@@ -62,6 +75,12 @@ static Surface surface_at(Vector point, __global const Sphere *sphere,
     surface.fresnel = material->fresnel;
     surface.order = sphere->glass.order;
 #endif
+#ifdef GLOSS
+    surface.spread = material->spread;
+#endif
+#ifdef INDIRECT
+    surface.diffuse = splat(material->diffuse);
+#endif
     return surface;
 }
 
@@ -74,6 +93,12 @@ static Surface pick_surface(ints mask, Surface yes, Surface no) {
     surface.ior = PICK(mask, yes.ior, no.ior);
     surface.fresnel = PICK(mask, yes.fresnel, no.fresnel);
     surface.order = PICK_INT(mask, yes.order, no.order);
+#endif
+#ifdef GLOSS
+    surface.spread = PICK(mask, yes.spread, no.spread);
+#endif
+#ifdef INDIRECT
+    surface.diffuse = pick3(mask, yes.diffuse, no.diffuse);
 #endif
     return surface;
 }

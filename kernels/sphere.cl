@@ -176,6 +176,23 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
+#ifdef RANDOM
+// Whether a ray meets a sphere of a list before that distance, glass as well. ids: their places in the
+// scene's list, 0 if they are that list.
+static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
+                       __global const int *ids, int sphere_count) {
+    ints found = 0;
+    for (int i = 0; i < sphere_count; i++) {
+        int s = ids ? ids[i] : i;
+        if (s == ray.all_leave) continue;
+        Quadratic q = quadratic(ray, spheres + i);
+        ints met = ahead(q, ray, s);
+        if (ANY(met)) found |= met & (smaller_root(q) < distance);
+    }
+    return found;
+}
+#endif
+
 // Whether some sphere stands between the ray's origin and the light, which is `distance` away (NEST:
 // how much of it the spheres in between take, see veiled()).
 // A light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff

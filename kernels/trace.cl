@@ -28,19 +28,26 @@
 
 // Declares `light`, what the lanes that are `on` send to the camera: `row` has the shades of each
 // material.
+#ifdef INDIRECT
+#define TINTED light = times(light, tint);
+#else
+#define TINTED
+#endif
 #ifdef TREE
 #define SHADED(on, row)                                               \
     Vector light = vector(0, 0, 0);                                   \
     FOR_EACH_OF(s, mine, PICK_INT(on, material, -1)) {                \
         light = pick3(mine, BLINN_PHONG(row + s, hit.sphere), light); \
-    }
+    }                                                                 \
+    TINTED
 #else
 #define SHADED(on, row)                                                              \
     Vector light = BLINN_PHONG(row + scene.spheres[common].material, common);        \
     ints lit_sphere = PICK_INT(on, hit.sphere, -1);                                  \
     FOR_OTHER_HITS(s, mine, lit_sphere, common) {                                    \
         light = pick3(mine, BLINN_PHONG(row + scene.spheres[s].material, s), light); \
-    }
+    }                                                                                \
+    TINTED
 #endif
 
 // ROUND: where the spheres of `spheres` are in the scene's list.
@@ -50,7 +57,7 @@
 #define LISTED_IDS 0
 #endif
 
-#if defined(LONG_LENS) || defined(ORTHOGRAPHIC)
+#if defined(LONG_LENS) || defined(ORTHOGRAPHIC) || defined(LENS)
 #define ORIGIN_IN_COMMON false
 #else
 #define ORIGIN_IN_COMMON true
@@ -83,6 +90,10 @@ typedef struct {
     Ray ray;
     reals weight;
     ints alive, path;
+#ifdef INDIRECT
+    Vector tint;
+    ints scattered;
+#endif
     int depth;
 } Aside;
 #else
@@ -109,6 +120,10 @@ typedef struct {
     __global const Light *lights;
     __global const Shade *shades;
     __global const uchar *encloses;
+#ifdef OCCLUSION
+    int sky_count;
+    __global const real *skies;
+#endif
 #ifdef BACKGROUND
     __global const real *background;
 #endif
@@ -132,9 +147,72 @@ typedef struct {
 #endif
 } Scene;
 
+#ifdef OCCLUSION
+// The part of a sky that spheres leave open over some points: the mean of SKY_RAYS rays, the likelier
+// the larger their cosine. ray: from the points, its direction does not count.
+//
+// SHARES: all lanes look the same way, drawn about the normal of one of them. That way is as likely as
+// the lanes' mean cosine, so each weighs what it sees with its own cosine over that mean (the balance
+// heuristic of Veach and Guibas, 1995). It is what is hidden that is weighed: under an open sky the
+// part is 1, to the bit.
+static reals open_sky(Scene scene,
+#ifdef TREE
+                      Tree tree,
+#endif
+                      Ray ray, Vector normal, ints on, Draw draw, int k) {
+    reals hidden = 0;
+    for (int i = 0; i < SKY_RAYS; i++) {
+        Pair pair = drawn(draw, SKY, k, i);
+        ints looks = on;
+        reals part = 1;
+#ifdef SHARES
+        uint lit = lane_bits(on);
+        for (uint skip = (uint)(draw.index * SKY_RAYS + i) % popcount(lit); skip; skip--)
+            lit &= lit - 1;
+        __private Vector ways[1] = {above_surface(normal, pair)};
+        __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
+        ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
+        reals cosine = dot3(normal, ray.direction);
+        looks &= cosine > 0;
+        cosine = PICK(looks, cosine, 0);
+        part = cosine * (real)popcount(lane_bits(on)) / JOIN(total, LANES)(cosine);
+#else
+        ray.direction = above_surface(normal, pair);
+#endif
+        ints met =
+            looks & met_before(ray, scene.skies[k], scene.spheres, LISTED_IDS, scene.sphere_count);
+#ifdef TREE
+        ints open = looks & !met;
+        if (ANY(open))
+            met |= occluded_in_tree(tree, ray, scene.skies[k], vector(8, 8, 8), open, true) != 0;
+#endif
+        hidden += PICK(met, part, 0);
+    }
+    return 1 - hidden / SKY_RAYS;
+}
+#ifdef TREE
+#define OPEN_SKY(k) open_sky(scene, tree, ray, normal, reached, draw, k)
+#else
+#define OPEN_SKY(k) open_sky(scene, ray, normal, reached, draw, k)
+#endif
+#endif
+
 // What the camera rays through a packet of pixels bring.
+#ifdef RANDOM
+static Sample traced(Scene scene, Pixels at, Draw draw) {
+#else
 static Sample traced(Scene scene, Pixels at) {
+#endif
     int s;
+#ifdef LENS
+    // From a point of the lens to where the ray from its middle is in focus.
+    Pair lens = drawn(draw, LENS_POINT, 0, 0);
+    reals lens_x, lens_y, off_axis = scene.camera->aperture * sqrt(lens.u);
+    sine_cosine_of_turn(lens.v, &lens_y, &lens_x);
+    lens_x *= off_axis, lens_y *= off_axis;
+    at.x -= lens_x * scene.camera->inv_focus;
+    at.y -= lens_y * scene.camera->inv_focus;
+#endif
 #ifndef ORTHOGRAPHIC
     reals length2 = at.x * at.x + (at.y * at.y + 1);
     reals inv_length = inverse_sqrt(length2);
@@ -163,11 +241,18 @@ static Sample traced(Scene scene, Pixels at) {
 #else
 #ifdef TREE
     Vector eye = splat(scene.camera->eye);
+#ifdef LENS
+    eye = plus(eye, in_world(scene.camera, lens_x, lens_y, 0));
+#endif
     Vector to_camera = scaled(in_world(scene.camera, at.x, at.y, -1), -inv_length);
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
 #ifdef LONG_LENS
     real ahead = dot_real(scene.camera->eye, scene.camera->back);
-    ray.origin = in_world(scene.camera, at.x * ahead, at.y * ahead, 0);
+    reals start_x = at.x * ahead, start_y = at.y * ahead;
+#ifdef LENS
+    start_x += lens_x, start_y += lens_y;
+#endif
+    ray.origin = in_world(scene.camera, start_x, start_y, 0);
 #endif
     Hit hit = nearest_listed(ray, -1, scene.spheres, scene.ids, scene.sphere_count);
     hit = nearest_in_tree(tree, hit, ray, (ints)(-1), ORIGIN_IN_COMMON);
@@ -175,11 +260,17 @@ static Sample traced(Scene scene, Pixels at) {
 #else
     Vector through = vector(at.x, at.y, -1);
     Vector to_camera = scaled(through, -inv_length);
-#if defined(LITERAL) || defined(LONG_LENS)
+#if defined(LITERAL) || defined(LONG_LENS) || defined(LENS)
     Vector eye = splat(scene.camera->eye);
+#ifdef LENS
+    eye = plus(eye, vector(lens_x, lens_y, 0));
+#endif
     Ray ray = {eye, scaled(to_camera, -1), -1, -1};
 #ifdef LONG_LENS
     ray.origin = vector(at.x * eye.z, at.y * eye.z, 0);
+#ifdef LENS
+    ray.origin = plus(ray.origin, vector(lens_x, lens_y, 0));
+#endif
 #endif
     Hit hit = nearest(ray, scene.spheres, scene.sphere_count);
     Vector point = along(ray.origin, hit.distance, ray.direction);
@@ -205,8 +296,12 @@ static Sample traced(Scene scene, Pixels at) {
 
     Vector color = vector(0, 0, 0);
     reals weight = 1;  // the product of the reflections and transmissions so far
+#ifdef INDIRECT
+    Vector tint = vector(1, 1, 1);  // of diffuse colours
+    ints scattered = 0;             // the lanes whose ray comes from a diffuse surface
+#endif
     ints path = 0;
-#ifdef FILM_ALPHA
+#if defined(FILM_ALPHA) || defined(RANDOM)
     reals alpha = PICK(hit.sphere >= 0, 1, 0);
 #endif
 #ifdef FILM_PASSES
@@ -219,6 +314,9 @@ static Sample traced(Scene scene, Pixels at) {
 #endif
     for (int depth = 1; SOME_ASIDE || ANY(hit.sphere >= 0); depth++) {
         ray.leaves = hit.sphere;
+#ifdef RANDOM
+        draw.bounce = depth - 1;
+#endif
 #ifdef TREE
         ints material = 0;
         Surface surface =
@@ -283,11 +381,49 @@ static Sample traced(Scene scene, Pixels at) {
             color = pick3(reached, along(color, weight, light), color);
         }
 #endif
+#ifdef OCCLUSION
+        {
+            reached = SHOWN;
+#ifdef ROUND
+            missed = 0;
+#endif
+            reals diffuse = 0, specular = 0;
+#ifdef AMBIENT
+            int first_sky = scene.light_count + 1;
+#else
+            int first_sky = scene.light_count;
+#endif
+            for (int k = 0; k < scene.sky_count; k++) {
+                reals share = weight * OPEN_SKY(k);
+                __global const Shade *shade = scene.shades + (first_sky + k) * scene.material_count;
+                SHADED(reached, shade)
+                color = pick3(reached, along(color, share, light), color);
+            }
+        }
+#endif
         for (int k = FIRST_LIGHT; k < scene.light_count; k++) {
             Vector to_light = minus(splat(scene.lights[k].position), ray.origin);
             reals distance2 = dot3(to_light, to_light);
             reals inv_distance = inverse_sqrt(distance2);
             to_light = scaled(to_light, inv_distance);
+#if defined(ROUND) && defined(RANDOM)
+            Vector to_middle = to_light;
+            reals cosine = 1;  // of the angle between the middle and the point of the light
+            if (scene.lights[k].radius > 0) {
+                Cap cap = cap_of(to_light, distance2 * inv_distance, scene.lights[k].radius);
+                Pair pair = drawn(draw, LIGHT_POINT, k, 0);
+                to_light = tilted(to_light, pair.u * cap.versine, pair.v);
+                cosine = 1 - pair.u * cap.versine;
+            }
+#define TO_MIDDLE to_middle
+#define LIGHT_DISTANCE (distance2 * inv_distance * cosine)
+// Rays to a point of a ball begin a beam where they start, as those to what is far away.
+#define LIGHT_PLACE (scene.lights[k].radius > 0 ? vector(8, 8, 8) : splat(scene.lights[k].position))
+#else
+#define TO_MIDDLE to_light
+#define LIGHT_DISTANCE (distance2 * inv_distance)
+#define LIGHT_PLACE splat(scene.lights[k].position)
+#endif
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};
 #ifdef NEST
@@ -297,11 +433,11 @@ static Sample traced(Scene scene, Pixels at) {
             ints lit = SHOWN & (diffuse >= surface.horizon);
             reals share = weight;  // of this light's in the colour
 #ifdef SPOT
-            reals part = cone(scene.lights + k, to_light);
+            reals part = cone(scene.lights + k, TO_MIDDLE);
             lit &= part > 0;
             share *= part;
 #endif
-#ifdef ROUND
+#if defined(ROUND) && !defined(RANDOM)
             if (scene.lights[k].radius > 0) {
                 Cap cap = cap_of(to_light, distance2 * inv_distance, scene.lights[k].radius);
                 lit = SHOWN & (diffuse > -cap.sine);
@@ -331,34 +467,31 @@ static Sample traced(Scene scene, Pixels at) {
 #ifdef NEST
 #ifdef TREE
                 if (ANY(lit))
-                    veil = occluded_by_listed(shadow, distance2 * inv_distance,
+                    veil = occluded_by_listed(shadow, LIGHT_DISTANCE,
                                               scene.encloses + k * scene.sphere_count,
                                               scene.spheres, scene.ids, scene.sphere_count);
                 lit &= veil < OPAQUE;
                 if (ANY(lit)) {
-                    ints more = occluded_in_tree(tree, shadow, distance2 * inv_distance,
-                                                 splat(scene.lights[k].position), lit);
+                    ints more =
+                        occluded_in_tree(tree, shadow, LIGHT_DISTANCE, LIGHT_PLACE, lit, false);
                     veil = veiled(veil, lit, more);
                 }
 #else
                 if (ANY(lit))
-                    veil = occluded(shadow, distance2 * inv_distance,
-                                    scene.encloses + k * scene.sphere_count, scene.spheres,
-                                    scene.sphere_count);
+                    veil = occluded(shadow, LIGHT_DISTANCE, scene.encloses + k * scene.sphere_count,
+                                    scene.spheres, scene.sphere_count);
 #endif
                 lit &= veil < OPAQUE;
 #elif defined(TREE)
                 if (ANY(lit))
-                    lit &= !occluded_by_listed(shadow, distance2 * inv_distance,
+                    lit &= !occluded_by_listed(shadow, LIGHT_DISTANCE,
                                                scene.encloses + k * scene.sphere_count,
                                                scene.spheres, scene.ids, scene.sphere_count);
                 if (ANY(lit))
-                    lit &= !occluded_in_tree(tree, shadow, distance2 * inv_distance,
-                                             splat(scene.lights[k].position), lit);
+                    lit &= !occluded_in_tree(tree, shadow, LIGHT_DISTANCE, LIGHT_PLACE, lit, false);
 #else
-                lit &= !occluded(shadow, distance2 * inv_distance,
-                                 scene.encloses + k * scene.sphere_count, scene.spheres,
-                                 scene.sphere_count);
+            lit &= !occluded(shadow, LIGHT_DISTANCE, scene.encloses + k * scene.sphere_count,
+                             scene.spheres, scene.sphere_count);
 #endif
 #ifdef ROUND
                 missed = PICK(lit, 0, missed);
@@ -381,6 +514,9 @@ static Sample traced(Scene scene, Pixels at) {
 #else
             reals specular = highlight(normal, plus(to_light, to_camera), surface.exponent);
 #endif
+#ifdef INDIRECT
+            specular = PICK(scattered, 0, specular);
+#endif
             __global const Shade *shade = scene.shades + k * scene.material_count;
 #ifdef ATTENUATION
             reals left = faded(scene.lights + k, distance2 * inv_distance);
@@ -399,11 +535,53 @@ static Sample traced(Scene scene, Pixels at) {
 #ifdef ROUND
         surface.reflection *= 1 - missed;
 #endif
+        Vector onward = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
 #ifdef NEST
         ints entering = on & (surface.transmission > 0), crossing = entering | out;
+#ifdef INDIRECT
+        entering &= !scattered;  // to whom glass is opaque
+        crossing = entering | out;
+#endif
+#endif
+#if defined(GLOSS) || defined(INDIRECT)
+        Pair pair = drawn(draw, MIRROR, 0, 0);
+#endif
+#ifdef GLOSS
+        onward = blurred(onward, normal, surface.spread, pair);
+#endif
+#ifdef INDIRECT
+        {
+            // Either is taken as often as it is strong, and weighs the more.
+            ints shown = SHOWN;
+#ifdef NEST
+            shown &= !entering;
+#endif
+            Vector albedo = surface.diffuse;
+#if defined(SPHERE_COLORS) && defined(TREE)
+            albedo = times(albedo, color_of(scene.sphere_colors, hit.sphere));
+#elif defined(SPHERE_COLORS)
+            Vector own = color_of(scene.sphere_colors, common);
+            FOR_OTHER_HITS(s, mine, hit.sphere, common) {
+                own = pick3(mine, color_of(scene.sphere_colors, s), own);
+            }
+            albedo = times(albedo, own);
+#endif
+            reals mirrored = PICK(reached, surface.reflection, 0);
+            reals scatters = larger(albedo.x, larger(albedo.y, albedo.z)),
+                  both = mirrored + scatters;
+            ints bounces =
+                shown & (drawn(draw, CHOICE, 0, 0).u * both >= mirrored) & (scatters > 0);
+            onward = pick3(bounces, above_surface(normal, pair), onward);
+            surface.reflection = PICK(shown, both, surface.reflection);
+            tint = pick3(bounces, times(tint, scaled(albedo, 1 / scatters)), tint);
+            scattered |= bounces;
+            reached |= bounces;
+        }
+#endif
+#ifdef NEST
         ints mirrors = reached & on & !entering;
         Ray mirror = ray;
-        mirror.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+        mirror.direction = onward;
         if (!ANY(crossing)) {
             ray = mirror;
             weight *= surface.reflection;
@@ -432,7 +610,12 @@ static Sample traced(Scene scene, Pixels at) {
             ints both = crossing & mirrors & (transmitted > 0) & (mirrored_weight > 0);
             if (depth < scene.max_depth && ANY(both)) {
                 if (aside_count < MAX_ASIDE) {
-                    Aside split = {mirror, mirrored_weight, both, path, depth};
+                    Aside split = {mirror, mirrored_weight, both, path};
+                    split.depth = depth;
+#ifdef INDIRECT
+                    split.tint = tint;
+                    split.scattered = scattered;
+#endif
                     aside[aside_count++] = split;
                 } else {
                     atomic_inc(scene.lost + 1);
@@ -456,6 +639,10 @@ static Sample traced(Scene scene, Pixels at) {
             traced = alive = next.alive;
             path = next.path;
             depth = next.depth;
+#ifdef INDIRECT
+            tint = next.tint;
+            scattered = next.scattered;
+#endif
         }
 #else
         if (depth == scene.max_depth || !ANY(alive)) break;
@@ -464,7 +651,7 @@ static Sample traced(Scene scene, Pixels at) {
         weight *= surface.reflection;
         ints alive = reached & (weight > 0);
         if (depth == scene.max_depth || !ANY(alive)) break;
-        ray.direction = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+        ray.direction = onward;
 #endif
 #ifdef TREE
         hit = nearest_listed(ray, alive, scene.spheres, scene.ids, scene.sphere_count);
@@ -480,8 +667,13 @@ static Sample traced(Scene scene, Pixels at) {
         }
 #endif
 #ifdef BACKGROUND
-        color =
-            pick3(alive & (hit.sphere < 0), along(color, weight, splat(scene.background)), color);
+        ints gone = alive & (hit.sphere < 0);
+        Vector behind = splat(scene.background);
+#ifdef INDIRECT
+        gone &= !scattered;
+        behind = times(behind, tint);
+#endif
+        color = pick3(gone, along(color, weight, behind), color);
 #endif
         point = along(ray.origin, hit.distance, ray.direction);
 #ifndef ORTHOGRAPHIC
@@ -503,7 +695,7 @@ static Sample traced(Scene scene, Pixels at) {
     Sample sample = {hit.sphere, depth, seen};
 #else
     Sample sample = {color, 0, path};
-#ifdef FILM_ALPHA
+#if defined(FILM_ALPHA) || defined(RANDOM)
     sample.alpha = alpha;
 #endif
 #endif

@@ -244,6 +244,12 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
     __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
     __private ints orders[1] = {0};
 #endif
+#ifdef GLOSS
+    __private reals spreads[1] = {0};
+#endif
+#ifdef INDIRECT
+    __private reals diffuses[3] = {0, 0, 0};
+#endif
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
         __global const Bead *bead = beads + sphere[i];
@@ -258,6 +264,13 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
         ((__private real *)fresnels)[i] = materials[index[i]].fresnel;
         ((__private INTEGER *)orders)[i] = glass[sphere[i]].order;
 #endif
+#ifdef GLOSS
+        ((__private real *)spreads)[i] = materials[index[i]].spread;
+#endif
+#ifdef INDIRECT
+        for (int axis = 0; axis < 3; axis++)
+            ((__private real *)diffuses)[axis * LANES + i] = materials[index[i]].diffuse[axis];
+#endif
     }
     *material = found[0];
     reals radius = gathered[3];
@@ -268,6 +281,12 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
     surface.ior = iors[0];
     surface.fresnel = fresnels[0];
     surface.order = orders[0];
+#endif
+#ifdef GLOSS
+    surface.spread = spreads[0];
+#endif
+#ifdef INDIRECT
+    surface.diffuse = vector(diffuses[0], diffuses[1], diffuses[2]);
 #endif
     // As clrt/pack.py works it out for a Sphere.
     if (shadow_bias > 0)
@@ -471,6 +490,8 @@ static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides
     return wide_bits(from <= to * (1 + 16 * UNIT_ROUNDOFF));
 }
 
+#define FIRST_ROOT (c / (sqrt(delta) - b))
+
 #define LEAF_QUADRATIC(ray, leaf)                                                            \
     __global const wides *center_ = (__global const wides *)(leaf)->center;                  \
     QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
@@ -516,7 +537,7 @@ static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *spher
 #else
 #define HIDDEN bool
 #endif
-static HIDDEN occluded_single(Tree tree, Single ray, real limit) {
+static HIDDEN occluded_single(Tree tree, Single ray, real limit, bool near) {
 #ifdef NEST
     INTEGER veil = 0;
 #endif
@@ -533,13 +554,14 @@ static HIDDEN occluded_single(Tree tree, Single ray, real limit) {
         } else {
             LEAF_QUADRATIC(ray, tree.leaves + (e - tree.shape.node_count))
 #ifdef NEST
-            for (uint bits = wide_bits(met & (-b < limit)); bits; bits &= bits - 1) {
+            if (near && wide_bits(met & (FIRST_ROOT < limit))) return OPAQUE;
+            for (uint bits = near ? 0 : wide_bits(met & (-b < limit)); bits; bits &= bits - 1) {
                 int id = tree.leaves[e - tree.shape.node_count].id[LOWEST_BIT(bits)];
                 veil = min(veil + tree.glass[id].veil, OPAQUE);
             }
             if (veil == OPAQUE) return veil;
 #else
-            if (wide_bits(met & (-b < limit))) return true;
+            if (wide_bits(met & ((near ? FIRST_ROOT : -b) < limit))) return true;
 #endif
         }
         e = top > 0 ? stack[--top] : -1;
@@ -646,8 +668,8 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
 }
 
 // Which of the rays that are on a sphere of the tree keeps from the light, which is outside of all
-// of them.
-static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, ints on) {
+// of them; `near`: which of them meet one before that distance, glass as well.
+static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, ints on, bool near) {
 #ifdef BRUTE
     ints dark = 0;
     for (int e = 0; e < leaves_of(tree.shape); e++)
@@ -657,9 +679,12 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
                       ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
                       leaf->center[2][k], leaf->radius[k])
             ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
-                       (-b < distance);
+                       ((near ? FIRST_ROOT : -b) < distance);
 #ifdef NEST
-            if (leaf->id[k] >= 0) dark = veiled(dark, met, tree.glass[leaf->id[k]].veil);
+            if (near)
+                dark = veiled(dark, met, OPAQUE);
+            else if (leaf->id[k] >= 0)
+                dark = veiled(dark, met, tree.glass[leaf->id[k]].veil);
 #else
             dark |= met;
 #endif
@@ -672,7 +697,7 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
 #endif
 #if LANES > 1
     // From the light to the points, for it is common; not from a far one, whose rounding is large.
-    real away = MOST(on, largest_of(light));
+    real away = near ? 8 : MOST(on, largest_of(light));
     real slack = SLACK * fmax(largest_coordinate(ray.origin, on), away <= 4 ? away : (real)0);
     Vector back = scaled(ray.direction, -1);
     Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
@@ -681,6 +706,7 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
         int stack[STACK], top = 0, left = tree.shape.budget, e = 0;
         real starts[STACK];
         real end = away <= 4 ? beam_end(beam, ray.origin, back, 0, on, slack) : INFINITY;
+        if (near) end = beam_end(beam, ray.origin, ray.direction, distance, on, slack);
         while (e >= 0 && left > 0) {
             if (e < tree.shape.node_count) {
                 wides begins;
@@ -700,14 +726,15 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
                               leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
 #ifdef NEST
                     ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
-                               (-b < distance);
-                    if (ANY(met)) veil = veiled(veil, met, tree.glass[leaf->id[k]].veil);
+                               ((near ? FIRST_ROOT : -b) < distance);
+                    if (ANY(met))
+                        veil = veiled(veil, met, near ? OPAQUE : tree.glass[leaf->id[k]].veil);
                 }
                 clear = on & (veil < OPAQUE);
                 if (!ANY(clear)) return veil;
 #else
                     clear &= !((delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
-                               (-b < distance));
+                               ((near ? FIRST_ROOT : -b) < distance));
                 }
                 if (!ANY(clear)) return on;
 #endif
@@ -730,12 +757,12 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
     FOR_EACH_RAY(ray, clear) {
         SINGLE_INSIDE(i)
         ((__private INTEGER *)veils)[i] =
-            occluded_single(tree, single, ((__private const real *)limits)[i]);
+            occluded_single(tree, single, ((__private const real *)limits)[i], near);
     }
     return veils[0];
 #else
     FOR_EACH_RAY(ray, clear) {
-        if (occluded_single(tree, single, ((__private const real *)limits)[i]))
+        if (occluded_single(tree, single, ((__private const real *)limits)[i], near))
             ((__private INTEGER *)clears)[i] = 0;
     }
     return on & !clears[0];

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 KERNELS = (
     "lanes",
+    "angles",
+    "draw",
     "sphere",
     "glass",
     "camera",
