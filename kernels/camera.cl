@@ -44,13 +44,13 @@ typedef struct {
 
 // Whether a rectangle of the screen, see Sphere, shows in the packet.
 #if defined(REFINE)
-#define SHOWS(at, bounds)                                                             \
-    ((at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.top >= (bounds)[2]) & \
-     (at.bottom <= (bounds)[3]))
+#define SHOWS(at, bounds)                                                            \
+    (at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.top >= (bounds)[2]) & \
+        (at.bottom <= (bounds)[3])
 #else
-#define SHOWS(at, bounds)                                                           \
-    ((at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.y >= (bounds)[2]) & \
-     (at.y <= (bounds)[3]))
+#define SHOWS(at, bounds)                                                          \
+    (at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.y >= (bounds)[2]) & \
+        (at.y <= (bounds)[3])
 #endif
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
@@ -124,7 +124,7 @@ static Hit visible(Pixels at, Ray line, __global const Sphere *spheres, int sphe
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
 #ifndef LITERAL
-        if (!SHOWS(at, spheres[s].screen_bounds)) continue;
+        if (!(SHOWS(at, spheres[s].screen_bounds))) continue;
 #endif
         Quadratic q = quadratic(line, spheres + s);
         ints met = q.delta > 0;

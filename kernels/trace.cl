@@ -535,7 +535,13 @@ static Sample traced(Scene scene, Pixels at) {
 #ifdef ROUND
         surface.reflection *= 1 - missed;
 #endif
-        Vector onward = along(ray.direction, -2 * dot3(ray.direction, normal), normal);
+#define MIRRORED along(ray.direction, -2 * dot3(ray.direction, normal), normal)
+#if defined(GLOSS) || defined(INDIRECT)
+        Vector onward = MIRRORED;
+#define ONWARD onward
+#else
+#define ONWARD MIRRORED
+#endif
 #ifdef NEST
         ints entering = on & (surface.transmission > 0), crossing = entering | out;
 #ifdef INDIRECT
@@ -581,7 +587,7 @@ static Sample traced(Scene scene, Pixels at) {
 #ifdef NEST
         ints mirrors = reached & on & !entering;
         Ray mirror = ray;
-        mirror.direction = onward;
+        mirror.direction = ONWARD;
         if (!ANY(crossing)) {
             ray = mirror;
             weight *= surface.reflection;
@@ -651,7 +657,7 @@ static Sample traced(Scene scene, Pixels at) {
         weight *= surface.reflection;
         ints alive = reached & (weight > 0);
         if (depth == scene.max_depth || !ANY(alive)) break;
-        ray.direction = onward;
+        ray.direction = ONWARD;
 #endif
 #ifdef TREE
         hit = nearest_listed(ray, alive, scene.spheres, scene.ids, scene.sphere_count);
