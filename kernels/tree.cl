@@ -771,23 +771,39 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
 
 #ifdef ROUND
 
-// The boxes that a cone meets which opens from a ray's origin, `opening` its half angle's tangent. A
-// box and what lies around it as far as the cone is wide at its farthest point meet the ray.
-static uint boxes_in_cone(Single ray, Slabs slabs, __global const Node *node, real opening,
-                          real end) {
+// Where a light is seen from: a cone, from a ball around the points to the light's, around an axis.
+typedef struct {
+    Single axis;  // from the middle of the points to that of the light
+    Slabs slabs;
+    real begin;    // the radius of the ball around the points
+    real opening;  // by how much the cone is wider, for each unit along the axis
+    real steep;    // 1 / the cosine of the angle between its side and the axis
+    real end;      // on the axis
+} Cone;
+
+// The boxes that a cone meets: those around which there is a point of the axis as near as the cone is
+// wide where they end.
+static uint boxes_in_cone(Cone cone, __global const Node *node) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
-    wides far = -(ray.o[0] * ray.d[0] + (ray.o[1] * ray.d[1] + ray.o[2] * ray.d[2]));
-    for (int a = 0; a < 3; a++) far += (slabs.forward[a] ? hi : lo)[a] * ray.d[a];
-    wides width = far * opening * (1 + 16 * UNIT_ROUNDOFF), from = 0, to = end;
+    wides far = -(cone.axis.o[0] * cone.axis.d[0] +
+                  (cone.axis.o[1] * cone.axis.d[1] + cone.axis.o[2] * cone.axis.d[2]));
+    for (int a = 0; a < 3; a++) far += (cone.slabs.forward[a] ? hi : lo)[a] * cone.axis.d[a];
+    far = far < cone.end ? far : cone.end;
+    wides width = (cone.begin + cone.opening * (far > 0 ? far : 0)) * cone.steep,
+          from = -cone.begin, to = cone.end;
     for (int a = 0; a < 3; a++) {
-        wides wider = slabs.forward[a] ? -width : width;
-        wides enter = ((slabs.forward[a] ? lo : hi)[a] + wider) * slabs.inverse[a] + slabs.enter[a];
-        wides leave = ((slabs.forward[a] ? hi : lo)[a] - wider) * slabs.inverse[a] + slabs.leave[a];
+        wides wider = cone.slabs.forward[a] ? -width : width;
+        wides near_side = (cone.slabs.forward[a] ? lo : hi)[a] + wider;
+        wides far_side = (cone.slabs.forward[a] ? hi : lo)[a] - wider;
+        wides enter = near_side * cone.slabs.inverse[a] + cone.slabs.enter[a];
+        wides leave = far_side * cone.slabs.inverse[a] + cone.slabs.leave[a];
         from = enter > from ? enter : from;
         to = leave < to ? leave : to;
     }
-    return wide_bits((far > 0) & (from <= to * (1 + 16 * UNIT_ROUNDOFF)));
+    // The ends are rounded in proportion to themselves.
+    wides slack = (from > 0 ? from : -from) * (16 * UNIT_ROUNDOFF);
+    return wide_bits((far > -cone.begin) & (from - slack <= to + slack));
 }
 
 // Adds the spheres of a leaf, as many at a time as there are lanes.
@@ -818,18 +834,104 @@ static Cover covered_by_leaf(Tree tree, Cover cover, Single ray, Cap cap,
 #if LANES == 1
 #define SUM_OF(n) (n)
 #else
+// Not more than what is OPAQUE.
 static INTEGER sum_of_ints(ints n) {
     __private ints all[1] = {n};
     __private const INTEGER *each = (__private const INTEGER *)all;
-    INTEGER sum = 0;
+    long sum = 0;
     for (int i = 0; i < LANES; i++) sum += each[i];
-    return sum;
+    return (INTEGER)min(sum, (long)(128 * VEIL) - 1);
 }
 #define SUM_OF(n) sum_of_ints(n)
 #endif
 
-// What the tree's spheres cover of lights, beside what others do, for the rays that are on: ray by ray.
-static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on) {
+static Cone cone_of(Single axis, real begin, real radius, real distance) {
+    Cone cone;
+    cone.axis = axis;
+    cone.slabs = slabs_of(axis);
+    cone.begin = begin;
+    real slope = (radius - begin) / distance;
+    // Towards 90 degrees a cone meets whatever is ahead.
+    cone.steep = 1 / sqrt(fmax(1 - slope * slope, REAL(1e-6)));
+    cone.opening = fmax(slope, (real)0) * (1 + 16 * UNIT_ROUNDOFF);
+    cone.end = distance + radius;
+    return cone;
+}
+
+#if LANES > 1
+// Of a leaf, the spheres that a cone meets.
+static uint spheres_in_cone(Cone cone, __global const Leaf *leaf) {
+    __global const wides *center = (__global const wides *)leaf->center;
+    wides radius = *(__global const wides *)leaf->radius;
+    wides x = center[0] - cone.axis.o[0], y = center[1] - cone.axis.o[1],
+          z = center[2] - cone.axis.o[2];
+    wides t = x * cone.axis.d[0] + (y * cone.axis.d[1] + z * cone.axis.d[2]);
+    x -= t * cone.axis.d[0], y -= t * cone.axis.d[1], z -= t * cone.axis.d[2];
+    wides far = t + radius < cone.end ? t + radius : cone.end;
+    wides reach = (cone.begin + cone.opening * (far > 0 ? far : 0)) * cone.steep + radius + SLACK;
+    return wide_bits((far > -cone.begin - SLACK) & (t - radius < cone.end * (1 + SLACK)) &
+                     (x * x + (y * y + z * z) <= reach * reach));
+}
+#endif
+
+// What the tree's spheres cover of a light, a ball around `light` of that radius, beside what others
+// do, for the rays that are on: sphere by sphere for all lanes while that pays, then ray by ray. Sums
+// of whole numbers are the same either way.
+static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
+                             __global const real *light, real radius) {
+    if (!ANY(on)) return cover;
+    int stack[STACK], top = 0;
+#if LANES > 1
+    {
+        Single axis;
+        __private real *o = axis.o, *d = axis.d;
+        o[0] = (LEAST(on, ray.origin.x) + MOST(on, ray.origin.x)) / 2;
+        o[1] = (LEAST(on, ray.origin.y) + MOST(on, ray.origin.y)) / 2;
+        o[2] = (LEAST(on, ray.origin.z) + MOST(on, ray.origin.z)) / 2;
+        Vector off = minus(ray.origin, vector(o[0], o[1], o[2]));
+        real begin = sqrt(MOST(on, dot3(off, off))), length2 = 0;
+        for (int a = 0; a < 3; a++) {
+            d[a] = light[a] - o[a];
+            length2 += d[a] * d[a];
+        }
+        real distance = sqrt(length2);
+        for (int a = 0; a < 3; a++) d[a] /= distance;
+        Cone cone = cone_of(axis, begin + SLACK, radius, distance);
+        Cover sum = cover;
+        int left = tree.shape.budget, e = distance > begin + radius ? 0 : -2;
+        while (e >= 0 && left > 0) {
+            if (e < tree.shape.node_count) {
+                left--;
+                uint bits = boxes_in_cone(cone, tree.nodes + e);
+                if (bits) {
+                    e = descend_anyhow(tree.shape, e, bits, stack, &top);
+                    continue;
+                }
+            } else {
+                __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
+                for (uint bits = spheres_in_cone(cone, leaf); bits; bits &= bits - 1) {
+                    int k = LOWEST_BIT(bits), id = leaf->id[k];
+                    left--;
+                    Vector f =
+                        vector(leaf->center[0][k] - ray.origin.x, leaf->center[1][k] - ray.origin.y,
+                               leaf->center[2][k] - ray.origin.z);
+                    reals r = leaf->radius[k];
+                    reals c = FMA(-r, r, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
+#ifdef NEST
+                    ints takes = tree.glass[id].veil;
+                    sum = covered(sum, cap, on & NEAR_SIDE(ray, id), f, r, c, 0, takes);
+#else
+                    sum = covered(sum, cap, on & NEAR_SIDE(ray, id), f, r, c, 0);
+#endif
+                }
+                if (!ANY(on & (sum.hidden < (INTEGER)VEIL))) return sum;
+            }
+            e = top > 0 ? stack[--top] : -1;
+        }
+        if (e == -1) return sum;
+        top = 0;
+    }
+#endif
     __private Cover covers[1] = {cover};
     __private INTEGER *hidden = (__private INTEGER *)&covers[0].hidden;
     __private Cap caps[1] = {cap};
@@ -848,26 +950,23 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on) 
         own.to = vector(single.d[0], single.d[1], single.d[2]);
         own.angle = angle[i], own.sine = sine[i], own.cosine = cosine[i];
         own.versine = versine[i], own.distance = distance[i];
-        // Towards 90 degrees a cone meets whatever is ahead.
-        real opening = sine[i] / fmax(cosine[i], REAL(1e-3));
-        real end = distance[i] * (1 + sine[i]);
-        Slabs slabs = slabs_of(single);
+        Cone cone = cone_of(single, SLACK, sine[i] * distance[i], distance[i]);
         Cover sum = {0};
-        int stack[STACK], top = 0;
         for (int e = 0; e >= 0;) {
             if (e < tree.shape.node_count) {
-                uint bits = boxes_in_cone(single, slabs, tree.nodes + e, opening, end);
+                uint bits = boxes_in_cone(cone, tree.nodes + e);
                 if (bits) {
                     e = descend_anyhow(tree.shape, e, bits, stack, &top);
                     continue;
                 }
             } else {
-                sum = covered_by_leaf(tree, sum, single, own,
-                                      tree.leaves + (e - tree.shape.node_count));
+                __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
+                sum = covered_by_leaf(tree, sum, single, own, leaf);
+                if (SUM_OF(sum.hidden) >= (INTEGER)VEIL) top = 0;
             }
             e = top > 0 ? stack[--top] : -1;
         }
-        hidden[i] = min(hidden[i] + SUM_OF(sum.hidden), (INTEGER)VEIL * 2);
+        hidden[i] = min(hidden[i] + SUM_OF(sum.hidden), (INTEGER)VEIL);
 #ifdef NEST
         veil[i] = min(veil[i] + SUM_OF(sum.veil), OPAQUE);
 #endif
