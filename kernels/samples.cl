@@ -99,9 +99,7 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
 #ifdef RANDOM
-    Draw draw = {table, (samples + ROUND - 1) / ROUND * ROUND,
-                 0,     hash_of_pixels(column, row),
-                 0,     samples >= ROUND};
+    Draw draw = {table, (samples + ROUND - 1) / ROUND * ROUND, 0, hash_of_pixels(column, row), 0};
 #endif
     reals count = 0;
     ints going = count >= 0, path = 0;

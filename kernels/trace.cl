@@ -161,24 +161,23 @@ static reals open_sky(Scene scene,
 #endif
                       Ray ray, Vector normal, ints on, Draw draw, int k) {
     reals hidden = 0;
+    if (!ANY(on)) return 1;
     for (int i = 0; i < SKY_RAYS; i++) {
         Pair pair = drawn(draw, SKY, k, i);
         ints looks = on;
         reals part = 1;
         ray.direction = above_surface(normal, pair);
 #ifdef SHARES
-        if (draw.shared) {
-            uint lit = lane_bits(on), count = popcount(lit);
-            uint skip = (uint)(draw.index * SKY_RAYS + i) % count;
-            for (; skip; skip--) lit &= lit - 1;
-            __private Vector ways[1] = {ray.direction};
-            __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
-            ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
-            reals cosine = dot3(normal, ray.direction);
-            looks &= cosine > 0;
-            cosine = PICK(looks, cosine, 0);
-            part = cosine * (real)count / JOIN(total, LANES)(cosine);
-        }
+        uint lit = lane_bits(on), count = popcount(lit);
+        uint skip = (uint)(draw.index * SKY_RAYS + i) % count;
+        for (; skip; skip--) lit &= lit - 1;
+        __private Vector ways[1] = {ray.direction};
+        __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
+        ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
+        reals cosine = dot3(normal, ray.direction);
+        looks &= cosine > 0;
+        cosine = PICK(looks, cosine, 0);
+        part = cosine * (real)count / JOIN(total, LANES)(cosine);
 #endif
         ints met =
             looks & met_before(ray, scene.skies[k], scene.spheres, LISTED_IDS, scene.sphere_count);
