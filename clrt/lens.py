@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from clrt.scene import Camera
@@ -48,6 +49,15 @@ def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floatin
     screen: as half_screen() gives it.
     real: np.longdouble, or np.float64 of many.
     """
+    if camera.has_lens:  # what it sees is in a wider pyramid, whose tip is behind the camera
+        radius = real(camera.aperture_radius)
+        screen = screen + radius / real(camera.focus_distance or 1)
+        back = np.min(radius / screen)
+        place = np.array(camera.position) + back * np.array(camera.basis()[2])
+        whole = replace(
+            camera, position=tuple(place.tolist()), aperture_radius=0.0, focus_distance=None
+        )
+        return max(start(whole, spheres, screen, real) - back, real(0))
     find = _first_beside if camera.orthographic else _first_ahead
     seen = _seen(camera, spheres, real)
     firsts = [find(center, radius, screen.astype(real)) for center, radius, _ in seen]

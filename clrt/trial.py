@@ -197,7 +197,7 @@ def scene_for(features: pack.Features) -> Scene:
         shadow_bias=1e-3 * literal,
         film=film,
         indirect=features.indirect,
-        samples=SAMPLES if features.refine or features.gather else 1,
+        samples=SAMPLES if features.hashed or features.refine or features.gather else 1,
     )
 
 
@@ -216,7 +216,7 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
         step = 1 / 255 if features.film == "bytes" else 0
         shown = film / np.float64(255) if features.film == "bytes" else film
         true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
-        if scene.samples > 1:
+        if features.refine or features.gather:
             true = reference.mean(scene, *size, samples.offsets(scene.samples))
         if features.film != "alpha":
             true = true[..., :3]

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
-    ("data", "memory", "values"),
+    ("data", "memory", "samples", "values"),
     ("color", "files.deep", "light", "spheres", "particles", "elements", "palette"),
     ("scene",),
     (
@@ -24,8 +24,10 @@ LAYERS = (
         *(f"files.particles.{name}" for name in ("arrays", "csv", "ply", "xyz", "lammps")),
         *(f"files.particles.{name}" for name in ("molecules", "hoomd")),
     ),
-    ("exposer", "trial", "files.particles.objects"),
-    ("renderer", "files.particles.reader"),
+    ("opencl.edges", "files.particles.objects"),
+    ("exposer", "files.particles.reader"),
+    ("trial",),
+    ("renderer",),
     ("animation",),
     ("cli",),
     ("__main__",),

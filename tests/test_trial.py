@@ -21,19 +21,42 @@ from clrt.opencl.device import devices
 from clrt.pack import LANES, PRECISIONS, Features
 from clrt.renderer import Renderer
 
-EXPOSE = "Exposure exposure = exposure_of(color, path);"
+EXPOSE = "Exposure exposure = exposure_of(sample);"
 PLAIN = Features(4, "robust", "float")
 USED = [some for n in range(3) for some in itertools.combinations(pack.USES, n)]
+RANDOM = {"occlusion", "lens", "gloss", "indirect"}
+SAMPLED = {"hashed", "refine", "gather", *RANDOM}
+
+
+def can_be(precision: str, film: str, some: set[str]) -> bool:
+    """Whether some scene needs all of these at once."""
+    stages = {"hashed", "refine", "gather"} & some
+    return not (
+        {"orthographic", "long_lens"} <= some
+        or {"orthographic", "lens"} <= some
+        or ("split" in some and not {"nest", "reflection"} <= some)
+        or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
+        or (precision == "literal" and {"nest", "round", "long_lens", "tree", *SAMPLED} & some)
+        or (film in ("passes", "paths") and SAMPLED & some)
+        # All pixels of few samples and then the edges, or all of many.
+        or len(stages) > 1
+        or (RANDOM & some != set()) != ("gather" in some)
+    )
+
+
+APART: tuple[set[str], ...] = (set(), {"hashed", "refine"}, {"gather", "refine", *RANDOM})
+SETS = dict.fromkeys(
+    tuple(sorted(some - apart))
+    for used in map(set, USED)
+    for some in (used, set(pack.USES) - used)
+    for apart in (APART if len(some) > 3 else APART[:1])
+)
 EVERY = [
     Features(4, precision, film, **dict.fromkeys(some, True))
     for precision in PRECISIONS
     for film in pack.FILMS
-    for some in [*USED, *(tuple(set(pack.USES) - set(one)) for one in USED)]
-    if not {"orthographic", "long_lens"} <= set(some)
-    if not ("split" in some and not {"nest", "reflection"} <= set(some))
-    if not (precision == "literal" and "nest" in some)
-    if not (precision == "literal" and {"long_lens", "tree"} & set(some))  # it has none
-    if "reflection" in some or "background" not in some
+    for some in SETS
+    if can_be(precision, film, set(some))
 ]
 
 
@@ -41,7 +64,8 @@ EVERY = [
 def test_a_trials_scene_needs_what_the_program_is_for(features: Features) -> None:
     scene = trial.scene_for(features)
     world = pack.pack_world(scene, features.precision)
-    assert pack.features(world, scene, features.lanes, features.film) == features
+    stage: pack.Stage = "edges" if features.refine else "picture"
+    assert pack.features(world, scene, features.lanes, features.film, stage) == features
 
 
 def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
@@ -60,27 +84,27 @@ def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
 
 
 LAST = "LANE == LANES - 1"
-LIGHT = f"color = scaled(color, PICK({LAST}, REAL(0.98), 1));"
-PATH = f"path = PICK_INT({LAST}, path ^ 1, path);"
-EXPOSE_PASSES = "Exposure exposure = exposure_of(hit.sphere, depth, seen);"
+LIGHT = f"sample.color = scaled(sample.color, PICK({LAST}, REAL(0.98), 1));"
+ALPHA = f"sample.alpha = PICK({LAST}, 1 - sample.alpha, sample.alpha);"
+PATH = f"sample.path = PICK_INT({LAST}, sample.path ^ 1, sample.path);"
 LIES = [
-    ("float", EXPOSE, LIGHT),
-    ("bytes", EXPOSE, LIGHT),
-    ("alpha", EXPOSE, LIGHT),
-    ("alpha", EXPOSE, PATH),
-    ("paths", EXPOSE, PATH),
-    ("passes", EXPOSE_PASSES, f"depth = PICK({LAST}, depth * REAL(1.01), depth);"),
-    ("passes", EXPOSE_PASSES, f"seen.y = PICK({LAST}, seen.y + REAL(0.01), seen.y);"),
-    ("passes", EXPOSE_PASSES, f"hit.sphere = PICK_INT({LAST}, hit.sphere + 1, hit.sphere);"),
+    ("float", LIGHT),
+    ("bytes", LIGHT),
+    ("alpha", LIGHT),
+    ("alpha", ALPHA),
+    ("paths", PATH),
+    ("passes", f"sample.depth *= PICK({LAST}, REAL(1.01), 1);"),
+    ("passes", f"sample.normal.y += PICK({LAST}, REAL(0.01), 0);"),
+    ("passes", f"sample.sphere += PICK_INT({LAST}, 1, 0);"),
 ]
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize(("film", "before", "lie"), LIES)
-def test_a_wrong_program_is_found(device: cl.Device, precision, film, before, lie) -> None:
+@pytest.mark.parametrize(("film", "lie"), LIES)
+def test_a_wrong_program_is_found(device: cl.Device, precision, film, lie) -> None:
     """Wrong in each packet's last lane only, by a little of its light."""
     source = program.kernel_source()
-    wrong = source.replace(before, f"{lie}\n{before}")
+    wrong = source.replace(EXPOSE, f"{lie}\n{EXPOSE}")
     assert wrong != source
     features = Features(8, precision, film, reflection=True)
     if precision == "double" and device.native_vector_width_double == 0:
@@ -94,7 +118,7 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film, before, li
 def test_a_wrong_background_is_found(device: cl.Device, film) -> None:
     features = Features(4, "robust", film, reflection=True, background=True)
     source = program.kernel_source()
-    wrong = source.replace("splat(background)", "scaled(splat(background), REAL(0.9))")
+    wrong = source.replace("splat(scene.background)", "scaled(splat(scene.background), REAL(0.9))")
     assert trial.try_here(device, source, features)
     with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
         trial.try_here(device, wrong, features)
@@ -113,7 +137,7 @@ def test_narrower_lanes_are_tried(
 ) -> None:
     scene = clrt.load_scene("four-spheres")
     right = Renderer(device=device, lanes=2).render(scene, 33, 9)
-    plant(monkeypatch, tmp_path, "color.x += REAL(0.1);")
+    plant(monkeypatch, tmp_path, "sample.color.x += REAL(0.1);")
     for _ in range(2):  # the wrong ones are not kept
         renderer = Renderer(device=device, lanes=8)
         with pytest.warns(DeviceWarning) as said:
@@ -129,7 +153,8 @@ def test_narrower_lanes_are_tried(
 def test_the_command_says_so(tmp_path: Path) -> None:
     code = (
         "import sys; from clrt.opencl import program; source = program.kernel_source()\n"
-        f"wrong = source.replace('{EXPOSE}', '#if LANES > 2\\ncolor.y = 0;\\n#endif\\n{EXPOSE}')\n"
+        "lie = '#if LANES > 2\\nsample.color.y = 0;\\n#endif\\n'\n"
+        f"wrong = source.replace('{EXPOSE}', lie + '{EXPOSE}')\n"
         "program.kernel_source = lambda: wrong\n"
         "sys.argv = 'clrt render --lanes 4 --width 40 --height 23'.split()\n"
         "from clrt.__main__ import main; main()"
@@ -146,7 +171,7 @@ def test_the_command_says_so(tmp_path: Path) -> None:
 
 
 def test_none_works(device: cl.Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = program.kernel_source().replace(EXPOSE, "color.x = 1;\n" + EXPOSE)
+    wrong = program.kernel_source().replace(EXPOSE, "sample.color.x = 1;\n" + EXPOSE)
     monkeypatch.setattr("clrt.opencl.program.kernel_source", lambda: wrong)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(DeviceError, match=r"cannot be used: its compiler is wrong about"):
