@@ -455,7 +455,7 @@ def _media(world: World, camera: Camera) -> Array:
     return found
 
 
-ROUND = 16
+BATCH = 16
 """samples.cl: so many samples between two looks whether they are enough."""
 BOUNCES, KINDS, SKY_RAYS = 4, 4, 4
 """draw.cl: for how many bounces there are numbers, of how many kinds beside those for skies, and
@@ -470,7 +470,7 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
         return {}
     lanes = features.lanes if features.refine else 1
     count = base(scene) if features.hashed else scene.samples
-    found = samples.offsets(-(-count // ROUND) * ROUND).astype(PRECISIONS[features.precision])
+    found = samples.offsets(-(-count // BATCH) * BATCH).astype(PRECISIONS[features.precision])
     laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
     more = {"samples": np.int32(count), "points": laid}
     if features.occlusion or features.lens or features.gloss or features.indirect:

@@ -60,7 +60,7 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
 #if defined(GATHER) || defined(REFINE)
 
 // How many samples there are between two looks whether they are enough.
-#define ROUND 16
+#define BATCH 16
 
 typedef struct {
     Vector color;
@@ -99,14 +99,14 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
 #ifdef RANDOM
-    Draw draw = {table, (samples + ROUND - 1) / ROUND * ROUND, 0, hash_of_pixels(column, row), 0};
+    Draw draw = {table, (samples + BATCH - 1) / BATCH * BATCH, 0, hash_of_pixels(column, row), 0};
 #endif
     reals count = 0;
     ints going = count >= 0, path = 0;
     Pixels at = pixels_at(scene.camera, column, row);
-    for (int start = 0; start < samples && ANY(going); start += ROUND) {
+    for (int start = 0; start < samples && ANY(going); start += BATCH) {
         Sum block = {vector(0, 0, 0), 0};
-        int end = min(start + ROUND, samples);
+        int end = min(start + BATCH, samples);
         for (int i = start; i < end; i++) {
             Pixels here = moved(at, scene.camera, points[2 * i], points[2 * i + 1]);
 #ifdef RANDOM
@@ -144,7 +144,7 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
     int end = 0;
     for (bool enough = false; end < samples && !enough;) {
         Sum block = {vector(0, 0, 0), 0};
-        for (int i = end; i < min(end + ROUND, samples); i += LANES) {
+        for (int i = end; i < min(end + BATCH, samples); i += LANES) {
             ints on = i + LANE < samples;
             reals right = *(__global const reals *)(points + 2 * i);
             reals up = *(__global const reals *)(points + 2 * i + LANES);
@@ -154,7 +154,7 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
             high = higher3(high, pick3(on, sample.color, high));
         }
         sum = sum_of(sum, block);
-        end = min(end + ROUND, samples);
+        end = min(end + BATCH, samples);
         real range = JOIN(most, LANES)(high.x) - JOIN(least, LANES)(low.x);
         range = max(range, JOIN(most, LANES)(high.y) - JOIN(least, LANES)(low.y));
         range = max(range, JOIN(most, LANES)(high.z) - JOIN(least, LANES)(low.z));

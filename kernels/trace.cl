@@ -1,11 +1,12 @@
 // Trace: follows the paths of one packet of camera rays (paper, section 11.11).
 //
 // The host defines REFLECTION if a path can go on after its first hit: a material reflects or
-// transmits, and max_depth is more than 1; AMBIENT if there is ambient light: it reaches every hit,
-// so that a path goes on in shadow; and BACKGROUND if rays that leave the scene after a mirror or
-// glass see something there. What the camera sees of it directly the host adds (clrt/film.py). The
-// other things that a scene may have or not are said of in camera.cl, sphere.cl, glass.cl and
-// shading.cl; everything else about it is run-time data.
+// transmits, or surfaces light each other, and max_depth is more than 1; AMBIENT if there is ambient
+// light that reaches every hit; and BACKGROUND if rays that leave the scene after a mirror or glass see
+// something there. What the camera sees of it directly the host adds (clrt/film.py). In ambient light,
+// also where spheres hide it (OCCLUSION), a path goes on in shadow. The other things that a scene may
+// have or not are said of in camera.cl, sphere.cl, glass.cl, shading.cl, round.cl and draw.cl;
+// everything else about it is run-time data.
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
