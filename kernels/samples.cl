@@ -50,9 +50,11 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
         }
     }
     if (!bits) return;
-    int place = atomic_add(count, (int)popcount(bits));
+    int found[16], number = 0;
     for (int i = 0; i < 16; i++)
-        if (bits >> i & 1) list[place++] = (row - first_row) * width + column + i;
+        if (bits >> i & 1) found[number++] = (row - first_row) * width + column + i;
+    int place = atomic_add(count, number);
+    for (int i = 0; i < number; i++) list[place + i] = found[i];
 }
 
 #endif

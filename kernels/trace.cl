@@ -574,11 +574,11 @@ static Sample traced(Scene scene, Pixels at) {
             }
             albedo = times(albedo, own);
 #endif
-            reals mirrored = PICK(reached, surface.reflection, 0);
+            reals mirrors_part = PICK(reached, surface.reflection, 0);
             reals scatters = larger(albedo.x, larger(albedo.y, albedo.z)),
-                  both = mirrored + scatters;
+                  both = mirrors_part + scatters;
             ints bounces =
-                shown & (drawn(draw, CHOICE, 0, 0).u * both >= mirrored) & (scatters > 0);
+                shown & (drawn(draw, CHOICE, 0, 0).u * both >= mirrors_part) & (scatters > 0);
             onward = pick3(bounces, above_surface(normal, pair), onward);
             surface.reflection = PICK(shown, both, surface.reflection);
             tint = pick3(bounces, times(tint, scaled(albedo, 1 / scatters)), tint);
@@ -676,12 +676,12 @@ static Sample traced(Scene scene, Pixels at) {
 #endif
 #ifdef BACKGROUND
         ints gone = alive & (hit.sphere < 0);
-        Vector behind = splat(scene.background);
+        Vector seen_there = splat(scene.background);
 #ifdef INDIRECT
         gone &= !scattered;
-        behind = times(behind, tint);
+        seen_there = times(seen_there, tint);
 #endif
-        color = pick3(gone, along(color, weight, behind), color);
+        color = pick3(gone, along(color, weight, seen_there), color);
 #endif
         point = along(ray.origin, hit.distance, ray.direction);
 #ifndef ORTHOGRAPHIC

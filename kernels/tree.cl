@@ -268,8 +268,8 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
         ((__private real *)spreads)[i] = materials[index[i]].spread;
 #endif
 #ifdef INDIRECT
-        for (int axis = 0; axis < 3; axis++)
-            ((__private real *)diffuses)[axis * LANES + i] = materials[index[i]].diffuse[axis];
+        for (int a = 0; a < 3; a++)
+            ((__private real *)diffuses)[a * LANES + i] = materials[index[i]].diffuse[a];
 #endif
     }
     *material = found[0];
@@ -771,39 +771,39 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
 
 #ifdef ROUND
 
-// Where a light is seen from: a cone, from a ball around the points to the light's, around an axis.
+// Where a light is seen from: a cone, from a ball around the points to the light's.
 typedef struct {
-    Single axis;  // from the middle of the points to that of the light
+    Single line;  // from the middle of the points to that of the light
     Slabs slabs;
     real begin;    // the radius of the ball around the points
-    real opening;  // by how much the cone is wider, for each unit along the axis
-    real steep;    // 1 / the cosine of the angle between its side and the axis
-    real end;      // on the axis
+    real opening;  // by how much the cone is wider, for each unit along the line
+    real steep;    // 1 / the cosine of the angle between its side and the line
+    real end;      // on the line
 } Cone;
 
-// The boxes that a cone meets: those around which there is a point of the axis as near as the cone is
+// The boxes that a cone meets: those around which there is a point of the line as near as the cone is
 // wide where they end.
-static uint boxes_in_cone(Cone cone, __global const Node *node) {
+static uint boxes_in_cone(Cone view, __global const Node *node) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
-    wides far = -(cone.axis.o[0] * cone.axis.d[0] +
-                  (cone.axis.o[1] * cone.axis.d[1] + cone.axis.o[2] * cone.axis.d[2]));
-    for (int a = 0; a < 3; a++) far += (cone.slabs.forward[a] ? hi : lo)[a] * cone.axis.d[a];
-    far = far < cone.end ? far : cone.end;
-    wides width = (cone.begin + cone.opening * (far > 0 ? far : 0)) * cone.steep,
-          from = -cone.begin, to = cone.end;
+    wides far = -(view.line.o[0] * view.line.d[0] +
+                  (view.line.o[1] * view.line.d[1] + view.line.o[2] * view.line.d[2]));
+    for (int a = 0; a < 3; a++) far += (view.slabs.forward[a] ? hi : lo)[a] * view.line.d[a];
+    far = far < view.end ? far : view.end;
+    wides width = (view.begin + view.opening * (far > 0 ? far : 0)) * view.steep,
+          from = -view.begin, to = view.end;
     for (int a = 0; a < 3; a++) {
-        wides wider = cone.slabs.forward[a] ? -width : width;
-        wides near_side = (cone.slabs.forward[a] ? lo : hi)[a] + wider;
-        wides far_side = (cone.slabs.forward[a] ? hi : lo)[a] - wider;
-        wides enter = near_side * cone.slabs.inverse[a] + cone.slabs.enter[a];
-        wides leave = far_side * cone.slabs.inverse[a] + cone.slabs.leave[a];
+        wides wider = view.slabs.forward[a] ? -width : width;
+        wides near_side = (view.slabs.forward[a] ? lo : hi)[a] + wider;
+        wides far_side = (view.slabs.forward[a] ? hi : lo)[a] - wider;
+        wides enter = near_side * view.slabs.inverse[a] + view.slabs.enter[a];
+        wides leave = far_side * view.slabs.inverse[a] + view.slabs.leave[a];
         from = enter > from ? enter : from;
         to = leave < to ? leave : to;
     }
     // The ends are rounded in proportion to themselves.
     wides slack = (from > 0 ? from : -from) * (16 * UNIT_ROUNDOFF);
-    return wide_bits((far > -cone.begin) & (from - slack <= to + slack));
+    return wide_bits((far > -view.begin) & (from - slack <= to + slack));
 }
 
 // Adds the spheres of a leaf, as many at a time as there are lanes.
@@ -845,31 +845,31 @@ static INTEGER sum_of_ints(ints n) {
 #define SUM_OF(n) sum_of_ints(n)
 #endif
 
-static Cone cone_of(Single axis, real begin, real radius, real distance) {
-    Cone cone;
-    cone.axis = axis;
-    cone.slabs = slabs_of(axis);
-    cone.begin = begin;
+static Cone cone_of(Single line, real begin, real radius, real distance) {
+    Cone view;
+    view.line = line;
+    view.slabs = slabs_of(line);
+    view.begin = begin;
     real slope = (radius - begin) / distance;
     // Towards 90 degrees a cone meets whatever is ahead.
-    cone.steep = 1 / sqrt(fmax(1 - slope * slope, REAL(1e-6)));
-    cone.opening = fmax(slope, (real)0) * (1 + 16 * UNIT_ROUNDOFF);
-    cone.end = distance + radius;
-    return cone;
+    view.steep = 1 / sqrt(fmax(1 - slope * slope, REAL(1e-6)));
+    view.opening = fmax(slope, (real)0) * (1 + 16 * UNIT_ROUNDOFF);
+    view.end = distance + radius;
+    return view;
 }
 
 #if LANES > 1
 // Of a leaf, the spheres that a cone meets.
-static uint spheres_in_cone(Cone cone, __global const Leaf *leaf) {
+static uint spheres_in_cone(Cone view, __global const Leaf *leaf) {
     __global const wides *center = (__global const wides *)leaf->center;
     wides radius = *(__global const wides *)leaf->radius;
-    wides x = center[0] - cone.axis.o[0], y = center[1] - cone.axis.o[1],
-          z = center[2] - cone.axis.o[2];
-    wides t = x * cone.axis.d[0] + (y * cone.axis.d[1] + z * cone.axis.d[2]);
-    x -= t * cone.axis.d[0], y -= t * cone.axis.d[1], z -= t * cone.axis.d[2];
-    wides far = t + radius < cone.end ? t + radius : cone.end;
-    wides reach = (cone.begin + cone.opening * (far > 0 ? far : 0)) * cone.steep + radius + SLACK;
-    return wide_bits((far > -cone.begin - SLACK) & (t - radius < cone.end * (1 + SLACK)) &
+    wides x = center[0] - view.line.o[0], y = center[1] - view.line.o[1],
+          z = center[2] - view.line.o[2];
+    wides t = x * view.line.d[0] + (y * view.line.d[1] + z * view.line.d[2]);
+    x -= t * view.line.d[0], y -= t * view.line.d[1], z -= t * view.line.d[2];
+    wides far = t + radius < view.end ? t + radius : view.end;
+    wides reach = (view.begin + view.opening * (far > 0 ? far : 0)) * view.steep + radius + SLACK;
+    return wide_bits((far > -view.begin - SLACK) & (t - radius < view.end * (1 + SLACK)) &
                      (x * x + (y * y + z * z) <= reach * reach));
 }
 #endif
@@ -883,33 +883,33 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
     int stack[STACK], top = 0;
 #if LANES > 1
     {
-        Single axis;
-        __private real *o = axis.o, *d = axis.d;
+        Single line;
+        __private real *o = line.o, *d = line.d;
         o[0] = (LEAST(on, ray.origin.x) + MOST(on, ray.origin.x)) / 2;
         o[1] = (LEAST(on, ray.origin.y) + MOST(on, ray.origin.y)) / 2;
         o[2] = (LEAST(on, ray.origin.z) + MOST(on, ray.origin.z)) / 2;
-        Vector off = minus(ray.origin, vector(o[0], o[1], o[2]));
-        real begin = sqrt(MOST(on, dot3(off, off))), length2 = 0;
+        Vector apart = minus(ray.origin, vector(o[0], o[1], o[2]));
+        real begin = sqrt(MOST(on, dot3(apart, apart))), length2 = 0;
         for (int a = 0; a < 3; a++) {
             d[a] = light[a] - o[a];
             length2 += d[a] * d[a];
         }
         real distance = sqrt(length2);
         for (int a = 0; a < 3; a++) d[a] /= distance;
-        Cone cone = cone_of(axis, begin + SLACK, radius, distance);
+        Cone view = cone_of(line, begin + SLACK, radius, distance);
         Cover sum = cover;
         int left = tree.shape.budget, e = distance > begin + radius ? 0 : -2;
         while (e >= 0 && left > 0) {
             if (e < tree.shape.node_count) {
                 left--;
-                uint bits = boxes_in_cone(cone, tree.nodes + e);
+                uint bits = boxes_in_cone(view, tree.nodes + e);
                 if (bits) {
                     e = descend_anyhow(tree.shape, e, bits, stack, &top);
                     continue;
                 }
             } else {
                 __global const Leaf *leaf = tree.leaves + (e - tree.shape.node_count);
-                for (uint bits = spheres_in_cone(cone, leaf); bits; bits &= bits - 1) {
+                for (uint bits = spheres_in_cone(view, leaf); bits; bits &= bits - 1) {
                     int k = LOWEST_BIT(bits), id = leaf->id[k];
                     left--;
                     Vector f =
@@ -950,11 +950,11 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
         own.to = vector(single.d[0], single.d[1], single.d[2]);
         own.angle = angle[i], own.sine = sine[i], own.cosine = cosine[i];
         own.versine = versine[i], own.distance = distance[i];
-        Cone cone = cone_of(single, SLACK, sine[i] * distance[i], distance[i]);
+        Cone view = cone_of(single, SLACK, sine[i] * distance[i], distance[i]);
         Cover sum = {0};
         for (int e = 0; e >= 0;) {
             if (e < tree.shape.node_count) {
-                uint bits = boxes_in_cone(cone, tree.nodes + e);
+                uint bits = boxes_in_cone(view, tree.nodes + e);
                 if (bits) {
                     e = descend_anyhow(tree.shape, e, bits, stack, &top);
                     continue;

@@ -96,6 +96,7 @@ def test_a_program_belongs_to_cpu_and_width(
 def tokens(features: Features) -> list[str]:
     """Of the source that is compiled, after the preprocessor."""
     reader = pcpp.Preprocessor()
+    reader.line_directive = None
     for option in features.options:
         reader.define(option.removeprefix("-D").replace("=", " "))
     reader.parse(program.kernel_source())
