@@ -58,6 +58,18 @@
 #define LISTED_IDS 0
 #endif
 
+// Where a shadow ray ends, and from where the light's cone opens. RANDOM: at a point of a round light,
+// and from its middle; to such a point a beam begins where the rays do, as to what is far away.
+#if defined(ROUND) && defined(RANDOM)
+#define TO_MIDDLE to_middle
+#define LIGHT_DISTANCE (distance2 * inv_distance * cosine)
+#define LIGHT_PLACE (scene.lights[k].radius > 0 ? vector(8, 8, 8) : splat(scene.lights[k].position))
+#else
+#define TO_MIDDLE to_light
+#define LIGHT_DISTANCE (distance2 * inv_distance)
+#define LIGHT_PLACE splat(scene.lights[k].position)
+#endif
+
 #if defined(LONG_LENS) || defined(ORTHOGRAPHIC) || defined(LENS)
 #define ORIGIN_IN_COMMON false
 #else
@@ -416,14 +428,6 @@ static Sample traced(Scene scene, Pixels at) {
                 to_light = tilted(to_light, pair.u * cap.versine, pair.v);
                 cosine = 1 - pair.u * cap.versine;
             }
-#define TO_MIDDLE to_middle
-#define LIGHT_DISTANCE (distance2 * inv_distance * cosine)
-// Rays to a point of a ball begin a beam where they start, as those to what is far away.
-#define LIGHT_PLACE (scene.lights[k].radius > 0 ? vector(8, 8, 8) : splat(scene.lights[k].position))
-#else
-#define TO_MIDDLE to_light
-#define LIGHT_DISTANCE (distance2 * inv_distance)
-#define LIGHT_PLACE splat(scene.lights[k].position)
 #endif
             reals diffuse = dot3(normal, to_light);
             Ray shadow = {ray.origin, to_light, ray.leaves, ray.all_leave};

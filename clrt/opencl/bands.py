@@ -55,6 +55,7 @@ def fill(
     )
     items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
+    tests *= int(arguments.get("samples", 1))
     rows = _whole(FIRST_BAND_TESTS // tests, packet[1])
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
