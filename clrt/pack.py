@@ -471,6 +471,8 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
     lanes = features.lanes if features.refine else 1
     count = base(scene) if features.hashed else scene.samples
     found = samples.offsets(-(-count // BATCH) * BATCH).astype(PRECISIONS[features.precision])
+    if scene.samples == 1:
+        found[0] = 0  # the pixel's point
     laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
     more = {"samples": np.int32(count), "points": laid}
     if features.occlusion or features.lens or features.gloss or features.indirect:
