@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import features, harness, many, peers
+from benchmarks import features, harness, many, peers, scale
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -193,6 +193,7 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "features": ("features", lambda f: features.table(f["size"], f["features"])),
     "many": ("many", many_spheres),
     "script": ("many", script),
+    "scale": ("scale", scale.report),
 }
 
 

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import harness
 from clrt import pack
-from clrt.files import image
 from clrt.pack import LANES
 from clrt.renderer import Renderer
 from clrt.scene import Scene
@@ -181,9 +180,8 @@ def whole_command(width: int, height: int, turns: int, figures: dict[str, Any]) 
         render = run(script, "render", "-q", *size)
         film = Renderer().render(clrt.load_scene("four-spheres"), width, height, dtype=np.uint8)
         np.save(f"{folder}/film.npy", film)
-        options = image.BYTE_FORMATS[".png"].options
-        imports = "import numpy, pyopencl, PIL.Image, click; film = numpy.load('film.npy', 'r')\n"
-        save = f"PIL.Image.fromarray(film).save('floor.png', **{options!r})"
+        imports = "import numpy, pyopencl, click; film = numpy.load('film.npy', 'r')\n"
+        save = "from clrt.files import png; png.write(open('floor.png', 'wb'), film)"
         floor = run(sys.executable, "-c", imports + save)
         seconds = harness.in_turn({"floor": floor, "warm": render, "cold": cold}, turns)
 

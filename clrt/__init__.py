@@ -12,6 +12,7 @@ __version__: str
 if TYPE_CHECKING:
     from clrt import reference
     from clrt.animation import animate
+    from clrt.cluster import render_frame
     from clrt.errors import (
         ClrtError,
         DeviceError,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 # needs little of it, and to import all takes as long as to render a 4K picture.
 _HOMES = {
     "clrt.animation": ("animate",),
+    "clrt.cluster": ("render_frame",),
     "clrt.errors": (
         "ClrtError",
         "DeviceError",
@@ -87,6 +89,7 @@ __all__ = [
     "read_frames",
     "reference",
     "render",
+    "render_frame",
     "save",
 ]
 

@@ -2,16 +2,16 @@
 
 import operator
 import threading
-from collections.abc import Generator, Iterable, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import nullcontext
-from functools import partial
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
+from clrt.ahead import in_order
 from clrt.errors import RequestError, SceneError
 from clrt.opencl.device import check_process
 from clrt.renderer import Renderer
@@ -50,9 +50,7 @@ def animate(
         RequestError: it has no such frame.
     """
     way = Way(scene)
-    every = all_frames(scene)
-    chosen = every if frames is None else _checked(frames, every)
-    way.check(chosen)
+    chosen = way.check(way.frames if frames is None else frames)
 
     def rendered() -> Generator[Array, None, None]:
         own = Renderer() if renderer is None else nullcontext(renderer)
@@ -62,21 +60,23 @@ def animate(
             if stopped.is_set():
                 raise CancelledError
 
-        with own as used, ThreadPoolExecutor(1) as ahead:
-            render = partial(used.render, width=width, height=height, dtype=dtype, progress=stop)
-            under_way = None
+        def film(k: int) -> Array:
+            return used.render(way.scene(k), width, height, dtype=dtype, progress=stop)
+
+        def due() -> Iterator[int]:
+            for k in chosen:
+                check_process()  # a fork has not the thread
+                yield k
+
+        with own as used:
+            films = in_order(film, due(), 1)
             try:
-                for k in chosen:
-                    check_process()  # a fork has not the thread
-                    submitted = ahead.submit(render, replace(scene, camera=way.camera(k)))
-                    if under_way is not None:
-                        yield under_way.result()
-                    under_way = submitted
-                if under_way is not None:
-                    yield under_way.result()
-            finally:  # nobody wants those that are still to come
+                # Not `yield from`: closed, that would first wait for those that are still to come.
+                for picture in films:  # noqa: UP028
+                    yield picture
+            finally:
                 stopped.set()
-                ahead.shutdown(cancel_futures=True)
+                films.close()
 
     return rendered()
 
@@ -84,19 +84,6 @@ def animate(
 def all_frames(scene: Scene) -> range:
     """The numbers of an animation's frames."""
     return range(_animation(scene).frames)
-
-
-def _checked(frames: Iterable[int], every: range) -> Sequence[int]:
-    chosen = frames if isinstance(frames, range) else list(frames)
-    ends = [chosen[0], chosen[-1]] if isinstance(chosen, range) and chosen else chosen
-    for frame in ends:
-        try:
-            good = operator.index(frame) in every
-        except TypeError:
-            good = False
-        if not good:
-            raise RequestError(f"frames: expected whole numbers from 0 to {every[-1]}, got {frame}")
-    return chosen
 
 
 def camera_at(scene: Scene, frame: int) -> Camera:
@@ -109,7 +96,7 @@ def camera_at(scene: Scene, frame: int) -> Camera:
 
 
 class Way:
-    """The way of a scene's camera.
+    """The way of a scene's camera: the scene of each frame.
 
     Between keys "linear" goes straight. "smooth" is a Catmull-Rom spline (Catmull & Rom, 1974) for
     keys at uneven frames: at each key it moves as the line from the key before to the key after,
@@ -124,7 +111,10 @@ class Way:
 
     def __init__(self, scene: Scene) -> None:
         animation = _animation(scene)
-        self._camera = scene.camera
+        self._scene = scene
+        self.frames = range(animation.frames)
+        """The numbers of its frames."""
+        self.fps = animation.fps
         self._smooth = animation.interpolation == "smooth"
         self._at = np.array([key.frame for key in animation.keys], float)
         self._lens = LENSES[scene.camera.projection]
@@ -139,6 +129,14 @@ class Way:
             name: _slopes(self._at, values, loop) for name, values in self._values.items()
         }
 
+    def scene(self, frame: int) -> Scene:
+        """What a frame shows, a scene whose camera does not move.
+
+        Raises:
+            SceneError: no camera can be there.
+        """
+        return replace(self._scene, camera=self.camera(frame))
+
     def camera(self, frame: int) -> Camera:
         """The camera of a frame.
 
@@ -150,24 +148,36 @@ class Way:
             for name, value in self._moved(np.array([frame], float)).items()
         }
         try:
-            return replace(self._camera, **moved)
+            return replace(self._scene.camera, **moved)
         except ValueError as error:
             raise SceneError(f"animation, frame {frame}: camera.{error}") from None
 
-    def check(self, frames: Sequence[int]) -> None:
-        """Finds an impossible camera before hours of work.
+    def check(self, frames: Iterable[int]) -> Sequence[int]:
+        """Finds out, before hours of work, whether there are such frames; returns them.
 
         Raises:
-            SceneError: no camera can be at one of the frames.
+            RequestError: one is no number of a frame.
+            SceneError: no camera can be at one of them.
         """
-        for start in range(0, len(frames), self.CHUNK):
-            chunk = np.asarray(frames[start : start + self.CHUNK])
+        chosen = frames if isinstance(frames, range) else list(frames)
+        ends = [chosen[0], chosen[-1]] if isinstance(chosen, range) and chosen else chosen
+        for frame in ends:
+            try:
+                good = operator.index(frame) in self.frames
+            except TypeError:
+                good = False
+            if not good:
+                expected = f"whole numbers from 0 to {self.frames[-1]}"
+                raise RequestError(f"frames: expected {expected}, got {frame}")
+        for start in range(0, len(chosen), self.CHUNK):
+            chunk = np.asarray(chosen[start : start + self.CHUNK])
             with np.errstate(all="ignore"):
                 moved = self._moved(chunk.astype(float))
                 lens, widest = moved[self._lens][:, 0], 180 if self._lens == "fov" else np.inf
                 doubtful = ~(_surely_good(moved) & (lens > 0) & (lens < widest))
             for frame in chunk[doubtful]:
                 self.camera(int(frame))
+        return chosen
 
     def _moved(self, frames: Array) -> dict[str, Array]:
         """What of the camera moves, at each frame: (frames, 3), or (frames, 1) of its lens."""

@@ -133,6 +133,7 @@ def main() -> None:
       clrt render                                  the paper's scene at 4K
       clrt render my.toml -o my.png --width 1920 --height 1080
       clrt animate                                 a video round that scene
+      clrt encode 'frames/####.png' -o my.mp4      a video of numbered pictures
       clrt check my.toml                           is the scene file right?
       clrt compare a.png b.png                     how far apart are two pictures?
       clrt devices                                 where can it run?
@@ -349,6 +350,57 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
     return range(int(found[1]), int(found[2] or found[1]) + 1)
 
 
+def _shard(
+    context: click.Context, option: click.Parameter, text: str | None
+) -> tuple[int, int] | None:
+    """--shard I/N."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    if found is None or int(found[1]) >= int(found[2]):
+        raise click.BadParameter(f"expected I/N with 0 <= I < N, as 0/50, got {text!r}")
+    return int(found[1]), int(found[2])
+
+
+FRAME_OPTIONS = (
+    click.option(
+        "--frames",
+        callback=_frames,
+        metavar="A-B",
+        help="Only these frames, both included; default: all.",
+    ),
+    click.option(
+        "--step",
+        type=click.IntRange(min=1),
+        default=1,
+        show_default=True,
+        metavar="N",
+        help="Only every Nth frame.",
+    ),
+    click.option(
+        "--fps",
+        type=float,
+        metavar="X",
+        help="Frames a second; default: the scene's.",
+    ),
+    click.option(
+        "--crf",
+        type=click.IntRange(0, 51),
+        default=18,
+        show_default=True,
+        metavar="N",
+        help="Quality of .mp4: 0 is lossless, more is smaller.",
+    ),
+)
+
+
+def frame_options(command: Callable[..., None]) -> Callable[..., None]:
+    """What `animate` and `encode` take alike."""
+    for option in reversed(FRAME_OPTIONS):
+        command = option(command)
+    return command
+
+
 @main.command()
 @click.argument("scene", default="orbit")
 @click.option(
@@ -359,41 +411,21 @@ def _frames(context: click.Context, option: click.Parameter, text: str | None) -
     help="Default <scene>.mp4 here. The suffix chooses: .mp4 (needs the extra clrt[video]), "
     ".webp .gif .apng; or a name with #### for numbered pictures of any still format.",
 )
-@click.option(
-    "--frames",
-    callback=_frames,
-    metavar="A-B",
-    help="Only these frames, both included; default: all of the scene's.",
-)
-@click.option(
-    "--step",
-    type=click.IntRange(min=1),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="Only every Nth frame.",
-)
-@click.option(
-    "--fps",
-    type=float,
-    metavar="X",
-    help="Frames a second; default: the scene's.",
-)
+@frame_options
 @click.option("--width", type=click.IntRange(min=1), default=1920, show_default=True, metavar="N")
 @click.option("--height", type=click.IntRange(min=1), default=1080, show_default=True, metavar="N")
-@click.option(
-    "--crf",
-    type=click.IntRange(0, 51),
-    default=18,
-    show_default=True,
-    metavar="N",
-    help="Quality of .mp4: 0 is lossless, more is smaller.",
-)
 @rendering_options
 @click.option(
     "--resume",
     is_flag=True,
     help="Leave out numbered pictures that are there already, whole and of this size.",
+)
+@click.option(
+    "--shard",
+    callback=_shard,
+    metavar="I/N",
+    help="Of numbered pictures, only every Nth of these frames, from the Ith, counted from 0: so N "
+    "machines share the work.",
 )
 def animate(
     scene: str,
@@ -401,9 +433,9 @@ def animate(
     frames: range | None,
     step: int,
     fps: float | None,
+    crf: int,
     width: int,
     height: int,
-    crf: int,
     samples: int | None,
     precision: Any,
     lanes: int | None,
@@ -411,6 +443,7 @@ def animate(
     threads: int | None,
     quiet: bool,
     resume: bool,
+    shard: tuple[int, int] | None,
 ) -> None:
     """Renders the animation of SCENE, a built-in scene's name or a TOML file; default: orbit.
 
@@ -418,63 +451,117 @@ def animate(
     Examples:
       clrt animate                                     orbit.mp4, 120 frames at 1920x1080
       clrt animate my.toml -o small.webp --width 480 --height 270 --step 2
-      clrt animate my.toml -o 'frames/####.png' --frames 0-59     one half of the work
+      clrt animate my.toml -o 'frames/####.png' --shard 0/2       one half of the work
       clrt animate my.toml -o 'frames/####.png' --resume          what is still missing
     """
     started = time.perf_counter()
     import numpy as np
-    from msgspec.structs import replace
     from tqdm import tqdm
 
-    from clrt import animation
-    from clrt.files import image, video
+    from clrt import animation, cluster
+    from clrt.files import image, numbered, video
     from clrt.files.scenefile import load_scene
     from clrt.renderer import Renderer
 
     output = output or Path(f"{Path(scene).stem}.mp4")
     loaded = changed(load_scene(scene), samples=samples)
     with in_scene(scene):
-        every = animation.all_frames(loaded)
-    assert loaded.animation is not None  # or it would have no frames
-    try:
-        moves = replace(loaded.animation, fps=loaded.animation.fps / step if fps is None else fps)
-    except ValueError as error:
-        raise RequestError(f"--{error}") from None
-    chosen: Sequence[int] = (every if frames is None else frames)[::step]
-    if not chosen or chosen[-1] not in every:
-        raise RequestError(f"--frames: expected frames from 0 to {every[-1]}")
-    pattern = video.is_pattern(output)
-    if resume and not pattern:
-        raise RequestError("--resume: expected an output with ####: a video is made in one go")
+        way = animation.Way(loaded)
+    asked = (way.frames if frames is None else frames)[::step]
+    if not asked or asked[-1] not in way.frames:
+        raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
+    with in_scene(scene):
+        way.check(asked)
+    fps = way.fps / step if fps is None else fps
+    pattern = numbered.is_pattern(output)
+    for option, given in (("--resume", resume), ("--shard", shard)):
+        if given and not pattern:
+            raise RequestError(f"{option}: expected an output with ####: a video is made in one go")
     alpha = loaded.film.transparent
-    video.check_output(output, width, height, len(chosen), moves.fps, alpha=alpha)
+    video.check_output(output, width, height, len(asked), fps, alpha=alpha)
     image.check_apart(output, Path(scene))
+    first, parts = shard or (0, 1)
+    due: Sequence[int] = asked[first::parts]
     skipped = 0
-    if resume:
-        due = [k for k in chosen if not image.is_whole(video.numbered(output, k), width, height)]
-        skipped, chosen = len(chosen) - len(due), due
     dtype = image.film_dtype(output) if pattern else np.uint8
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
-        with in_scene(scene):
-            rendered = animation.animate(
-                loaded, width, height, frames=chosen, dtype=dtype, renderer=renderer
-            )
         renderer.prepare(loaded, dtype)  # in this thread: clrt.opencl.pocl.signals_kept
+        if pattern:
+            kind = cluster.kind(cluster.fingerprint(loaded), width, height, renderer)
+            adds = resume or shard is not None
+            made = numbered.join(output, kind, way.fps, asked, adds=adds)
+            if resume:
+                missing = [k for k in due if not made.is_made(numbered.picture(output, k))]
+                skipped, due = len(due) - len(missing), missing
+        rendered = animation.animate(
+            loaded, width, height, frames=due, dtype=dtype, renderer=renderer
+        )
         with (
             closing(rendered),
-            tqdm(rendered, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
+            tqdm(rendered, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
         ):
             if pattern:
                 # They do not say which command: by any one they are the same.
-                for k, frame in zip(chosen, bar, strict=True):
-                    name, transfer = video.numbered(output, k), loaded.film.transfer
-                    image.save(name, frame, transfer=transfer)
+                for k, frame in zip(due, bar, strict=True):
+                    name = numbered.picture(output, k)
+                    image.save(name, frame, transfer=loaded.film.transfer)
             else:
-                video.save(output, bar, moves.fps, crf)
+                video.save(output, bar, fps, crf)
     if not quiet:
         seconds = time.perf_counter() - started
         kept = f", {skipped} were there" if resume else ""
-        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s{kept}")
+        say(f"{output}: {len(due)} frames of {width}x{height} in {seconds:.1f} s{kept}")
+
+
+@main.command()
+@click.argument("pattern", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="PATH",
+    help="The video: .mp4 (needs the extra clrt[video]), .webp .gif .apng.",
+)
+@frame_options
+@click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
+def encode(
+    pattern: Path,
+    output: Path,
+    frames: range | None,
+    step: int,
+    fps: float | None,
+    crf: int,
+    quiet: bool,
+) -> None:
+    """Makes a video of the numbered pictures PATTERN, a name with #### where the number goes.
+
+    \b
+    Examples:
+      clrt encode 'frames/####.png' -o orbit.mp4
+      clrt encode 'frames/####.png' -o half.webp --frames 0-59 --fps 15
+    """
+    started = time.perf_counter()
+    from tqdm import tqdm
+
+    from clrt.files import image, numbered, video
+
+    if numbered.is_pattern(output):
+        raise RequestError(f"{output}: expected the name of a video, without ####")
+    chosen, usual = numbered.complete(pattern, frames, step)
+    fps = usual if fps is None else fps
+    height, width, channels = image.read(numbered.picture(pattern, chosen[0])).shape
+    video.check_output(output, width, height, len(chosen), fps, alpha=channels == 4)
+    for k in chosen:
+        image.check_apart(output, numbered.picture(pattern, k))
+    with (
+        closing(numbered.films(pattern, chosen)) as films,
+        tqdm(films, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
+    ):
+        video.save(output, bar, fps, crf)
+    if not quiet:
+        seconds = time.perf_counter() - started
+        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s")
 
 
 @main.command()

@@ -191,7 +191,7 @@ def test_what_a_format_cannot_do(tmp_path: Path, name: str, options: dict, said:
 @pytest.mark.parametrize(
     ("module", "name", "options", "said"),
     [
-        ("av", "a.png", {"bits": 16}, "16 bits a channel need PyAV: pip install av"),
+        ("av", "a.tif", {"bits": 16}, "16 bits a channel need PyAV: pip install av"),
         ("OpenEXR", "a.exr", {}, ".exr needs OpenEXR: pip install openexr"),
     ],
 )

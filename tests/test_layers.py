@@ -7,8 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
-    ("data", "memory", "samples", "values"),
-    ("color", "files.deep", "light", "spheres", "particles", "elements", "palette"),
+    ("ahead", "data", "memory", "samples", "values"),
+    ("color", "files.deep", "files.png", "light", "spheres", "particles", "elements", "palette"),
     ("scene",),
     (
         *("film", "glass"),
@@ -16,11 +16,11 @@ LAYERS = (
         "files.particles.text",
     ),
     (
-        *("pack", "opencl.device", "files.video"),
+        *("pack", "opencl.device", "files.numbered"),
         *("files.particles.columns", "files.particles.trajectory"),
     ),
     (
-        *("opencl.program", "opencl.bands", "opencl.tree"),
+        *("opencl.program", "opencl.bands", "opencl.tree", "files.video"),
         *(f"files.particles.{name}" for name in ("arrays", "csv", "ply", "xyz", "lammps")),
         *(f"files.particles.{name}" for name in ("molecules", "hoomd")),
     ),
@@ -29,6 +29,7 @@ LAYERS = (
     ("trial",),
     ("renderer",),
     ("animation",),
+    ("cluster",),
     ("cli",),
     ("__main__",),
 )

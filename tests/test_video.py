@@ -13,7 +13,7 @@ import clrt
 from clrt.cli import main
 from clrt.data import folder
 from clrt.errors import RequestError
-from clrt.files import video
+from clrt.files import image, video
 
 SMALL = ["--width", "48", "--height", "27"]
 
@@ -22,8 +22,8 @@ SMALL = ["--width", "48", "--height", "27"]
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
 
-    def run(*words: str) -> Result:
-        return CliRunner().invoke(main, ["animate", *words], catch_exceptions=False)
+    def run(*words: str, command: str = "animate") -> Result:
+        return CliRunner().invoke(main, [command, *words], catch_exceptions=False)
 
     return run
 
@@ -95,8 +95,7 @@ def test_numbered_pictures_split_and_resumed(run, tmp_path: Path) -> None:
     kept = (tmp_path / "parts/0003.png").stat().st_mtime_ns
     cut = tmp_path / "parts/0001.png"
     cut.write_bytes(cut.read_bytes()[:-9])
-    other_size = ("--width", "20", "--height", "20")
-    assert run("-o", "parts/####.png", "--frames", "5-5", *other_size).exit_code == 0
+    image.save(tmp_path / "parts/0005.png", np.zeros((20, 20, 3), np.uint8))
     result = run("-o", "parts/####.png", "--frames", "0-11", "--resume", *SMALL)
     assert "8 frames" in result.stderr
     assert result.stderr.strip().endswith("4 were there")
@@ -121,10 +120,11 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
         assert run("-o", output, "--frames", "0-9", *SMALL).exit_code != 0
         assert not list(tmp_path.iterdir())
     assert run("-o", "##.png", "--frames", "0-9", *SMALL).exit_code != 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["00.png", "01.png", "02.png"]
+    assert sorted(p.name for p in tmp_path.glob("*.png")) == ["00.png", "01.png", "02.png"]
+    assert len(list(tmp_path.iterdir())) == 3 + 1  # and what says how they are made
     monkeypatch.setattr(animation, "animate", real)
     assert run("-o", "##.png", "--frames", "0-9", "--resume", *SMALL).exit_code == 0
-    assert len(list(tmp_path.iterdir())) == 10
+    assert len(list(tmp_path.iterdir())) == 10 + 1
 
 
 @pytest.mark.parametrize(
@@ -141,6 +141,11 @@ def test_an_interrupt_leaves_no_video_and_whole_pictures(
         (["--frames", "100-130"], "--frames: expected frames from 0 to 119"),
         (["-o", "a.gif", "--fps", "60"], "a.gif: .gif has from 1/655 to 50 frames a second"),
         (["--resume"], "--resume: expected an output with ####"),
+        (["--shard", "0/2"], "--shard: expected an output with ####"),
+        (["--shard", "2/2"], "expected I/N with 0 <= I < N, as 0/50, got '2/2'"),
+        (["--shard", "0/0"], "expected I/N"),
+        (["--shard", "1"], "expected I/N"),
+        (["--shard", "-1/2"], "expected I/N"),
         (["--width", "20000"], "orbit.mp4: .mp4 has no more than 16384 pixels each way"),
         (["-o", "a.webp", "--width", "16384"], "a.webp: .webp has no more than 16383 pixels"),
         (["four-spheres"], "animation: expected a table, got none"),
@@ -170,3 +175,111 @@ def test_a_gif_plays_as_fast_as_it_says(tmp_path: Path) -> None:
             durations.append(gif.info["duration"])
     assert sum(durations) == 2000
     assert set(durations) == {40, 50}
+
+
+def test_shards_are_all_frames_and_none_twice(run, tmp_path: Path) -> None:
+    """Every Nth of those that --frames and --step leave, from the Ith; more shards than frames."""
+    made = []
+    for i in range(7):
+        folder = tmp_path / str(i)
+        folder.mkdir()
+        words = ("--frames", "3-20", "--step", "4", "--shard", f"{i}/7", *SMALL)
+        result = run("-o", f"{i}/####.png", *words)
+        assert result.exit_code == 0
+        made.append(sorted(p.name for p in folder.glob("*.png")))
+        assert f"{len(made[-1])} frames" in result.stderr
+    assert made == [["0003.png"], ["0007.png"], ["0011.png"], ["0015.png"], ["0019.png"], [], []]
+    (tmp_path / "two").mkdir()
+    for i in range(2):
+        run("-o", "two/##.png", "--frames", "0-8", "--step", "2", "--shard", f"{i}/2", *SMALL)
+        names = sorted(p.name for p in (tmp_path / "two").glob("*.png"))
+        assert names == (["00.png", "04.png", "08.png"] if i == 0 else
+                         ["00.png", "02.png", "04.png", "06.png", "08.png"])  # fmt: skip
+
+
+@pytest.mark.parametrize("words", [(), ("--step", "3"), ("--frames", "5-19"), ("--fps", "12")])
+def test_encoded_it_is_the_same_video(run, tmp_path: Path, words: tuple[str, ...]) -> None:
+    words = ("--frames", "0-19", *words)
+    assert run("-o", "direct.apng", *words, *SMALL).exit_code == 0
+    for i in range(2):
+        assert run("-o", "##.png", *words, "--shard", f"{i}/2", *SMALL).exit_code == 0
+    fps = words[-2:] if "--fps" in words else ()
+    result = run("##.png", "-o", "encoded.apng", *fps, command="encode")
+    assert result.exit_code == 0, result.output
+    direct, encoded = (Path(f"{name}.apng").read_bytes() for name in ("direct", "encoded"))
+    assert encoded == direct
+
+
+def test_encoded_pictures_can_be_linear_and_of_others(run, tmp_path: Path) -> None:
+    """Floats are clipped; without the file beside them there are 30 a second."""
+    shades = [-0.5, 0.1, 0.3, 0.5, 0.7, 0.9, 1.5]
+    for k, shade in enumerate(shades):
+        image.save(tmp_path / f"a{k + 7}b.npy", np.full((8, 10, 3), shade, np.float32))
+    assert run("a#b.npy", "-o", "a.apng", command="encode").exit_code == 0
+    expected = np.rint(255 * np.clip(np.array(shades, np.float32).astype(float), 0, 1))
+    with Image.open("a.apng") as file:
+        assert file.n_frames == 7  # type: ignore[attr-defined]
+        assert file.info["duration"] == pytest.approx(1000 / 30, abs=0.1)
+        for k, byte in enumerate(expected):
+            file.seek(k)
+            assert (np.asarray(file.convert("RGB")) == byte).all()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".npy"])
+def test_encoded_pictures_keep_alpha(run, tmp_path: Path, suffix: str) -> None:
+    """Straight in whole numbers, premultiplied in floats."""
+    straight = np.array([200, 100, 0, 51], np.uint8)
+    film: np.ndarray = np.tile(straight, (8, 10, 1))
+    if suffix == ".npy":
+        film = (film / np.float32(255)) * np.array([0.2, 0.2, 0.2, 1], np.float32)
+    for k in range(2):
+        image.save(tmp_path / f"{k}{suffix}", film)
+    assert run(f"#{suffix}", "-o", "a.apng", command="encode").exit_code == 0
+    with Image.open("a.apng") as file:
+        assert (np.asarray(file.convert("RGBA")) == straight).all()
+    result = run(f"#{suffix}", "-o", "a.mp4", command="encode")
+    assert result.exit_code == 2
+    assert "a.mp4: .mp4 has no alpha" in result.stderr
+
+
+def test_encoded_pictures_can_have_16_bits(run, tmp_path: Path) -> None:
+    film = np.tile(np.array([0, 257 * 90 + 128, 65535], np.uint16), (8, 10, 1))
+    for k in range(2):
+        image.save(tmp_path / f"{k}.png", film)
+    assert run("#.png", "-o", "a.apng", command="encode").exit_code == 0
+    with Image.open("a.apng") as file:
+        assert (np.asarray(file.convert("RGB")) == [0, 90, 255]).all()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none/#.png", "-o", "a.gif"], "none/#.png: No such file or directory"),
+        (["b#.png", "-o", "a.gif"], "b#.png: no such pictures: render them first (clrt animate)"),
+        (["1.png", "-o", "a.gif"], "1.png: expected a name with #### where the number goes"),
+        (["#-#.png", "-o", "a.gif"], "#-#.png: expected all # in one place"),
+        (["#.png", "-o", "a.gif"], "1 of 5 pictures are missing, the first is 4.png: render them"),
+        (["#.png", "-o", "a.gif", "--frames", "1-3", "--fps", "0"], "--fps: expected a number"),
+        (["#.png", "-o", "a.gif", "--frames", "3-1"], "--frames: expected A-B with A <= B"),
+        (["#.png", "-o", "a.gif", "--frames", "1-6"], "2 of 6 pictures are missing"),
+        (["#.png", "-o", "##.gif"], "##.gif: expected the name of a video, without ####"),
+        (["#.png", "-o", "a.avi", "--frames", "1-3"], "ends in .mp4"),
+        (["#.webp", "-o", "1.webp"], "1.webp: is read as well: expected another name"),
+        (["c#.png", "-o", "a.gif"], "c2.png: expected 8x8 as the first, got 10x8"),
+        (["e#.png", "-o", "a.apng"], "e2.png: expected 8x8 as the first, got 8x8 with alpha"),
+        (["d#.png", "-o", "a.gif"], "d1.png: cannot be read"),
+    ],
+)
+def test_encode_refuses(run, tmp_path: Path, words: list[str], said: str) -> None:
+    for name in ("1.png", "2.png", "3.png", "5.png", "1.webp", "2.webp", "c1.png", "e1.png"):
+        image.save(Path(name), np.zeros((8, 8, 3), np.uint8))
+    image.save(Path("c2.png"), np.zeros((8, 10, 3), np.uint8))
+    image.save(Path("e2.png"), np.zeros((8, 8, 4), np.uint8))
+    Path("d1.png").touch()
+    before = set(tmp_path.iterdir())
+    result = run("-q", *words, command="encode")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("clrt: ")
+    assert said in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert set(tmp_path.iterdir()) == before

@@ -117,11 +117,6 @@ READ: dict[str, Callable[[Path], Array]] = {
     ".exr": _read_exr,
 }
 
-# FFmpeg's encoder of each 16-bit format, the order of its bytes and what it is told.
-CODECS = {
-    "PNG": ("png", "be", {"compression_level": "1", "pred": "up"}),
-    "TIFF": ("tiff", "le", {"compression_algo": "deflate"}),
-}
 PIXELS = {3: "rgb48", 4: "rgba64"}
 
 
@@ -136,17 +131,16 @@ def check_size16(path: Path, width: int, height: int) -> None:
         raise RequestError(f"{path}: 16 bits a channel: no pictures as large as {width}x{height}")
 
 
-def encoded16(film: NDArray[np.uint16], form: str) -> bytes:
-    """A picture of 16 bits a channel as a whole "PNG" or "TIFF"."""
+def encoded16(film: NDArray[np.uint16]) -> bytes:
+    """A picture of 16 bits a channel as a whole TIFF."""
     from fractions import Fraction
 
     av = library(*PYAV)
-    name, order, options = CODECS[form]
     pixels = PIXELS[film.shape[2]]
     frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(film), format=f"{pixels}le")
-    encoder = av.CodecContext.create(name, "w")
+    encoder = av.CodecContext.create("tiff", "w")
     encoder.height, encoder.width, _ = film.shape
-    encoder.pix_fmt, encoder.options = pixels + order, options
+    encoder.pix_fmt, encoder.options = f"{pixels}le", {"compression_algo": "deflate"}
     encoder.time_base = encoder.sample_aspect_ratio = Fraction(1)
     return b"".join(bytes(packet) for part in (frame, None) for packet in encoder.encode(part))
 

@@ -6,18 +6,16 @@ import secrets
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clrt import data, memory
 from clrt.errors import ClrtError, OutputError, RequestError
-from clrt.files import deep
-
-if TYPE_CHECKING:
-    from PIL.PngImagePlugin import PngInfo
+from clrt.files import deep, png
 
 Array = NDArray[Any]
 
@@ -32,10 +30,9 @@ class ByteFormat(NamedTuple):
     memory: int = 4  # bytes a pixel that Pillow and the format's library take, measured
 
 
-# PNG: level 1 takes 0.6 of the time of level 6 for 1.6 times the bytes. TIFF and BMP: files of
-# 4 GiB, LZW makes noise longer by a third.
+# PNG is our own, see png.py. TIFF and BMP: files of 4 GiB, LZW makes noise longer by a third.
 BYTE_FORMATS = {
-    ".png": ByteFormat("PNG", {"compress_level": 1}),
+    ".png": ByteFormat("PNG", {}, memory=0),
     ".jpg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
     ".jpeg": ByteFormat("JPEG", {"quality": 95, "subsampling": 0}, side=65500),
     ".webp": ByteFormat(
@@ -54,7 +51,6 @@ WITH_16_BITS = (".png", ".tif", ".tiff")
 WITH_PASSES = (".npz", ".exr")
 UNSIGNED = (np.uint8, np.uint16)
 PASSES_BYTES = 20  # a pixel, of all passes
-PNG_HEADER = 33  # bytes: the signature and IHDR, after which come the other chunks
 LOAD_PARTS = "load parts of it"
 
 
@@ -93,7 +89,7 @@ def check_output(
         if width * height > form.pixels:
             raise RequestError(f"{path}: {suffix} has no more than {form.pixels} pixels: use .png")
         needed += form.memory
-    if film is np.uint16:
+    if film is np.uint16 and suffix != ".png":
         deep.check_size16(path, width, height)
         needed = 7 * pixel
     if suffix == ".exr":
@@ -225,6 +221,15 @@ def save(
             _write_integers(file, suffix, film, _notes(transfer, command))
 
 
+@cache
+def _sweep(folder: Path) -> None:
+    """Removes what killed processes were writing there. Once: to list a folder of ten thousand
+    pictures takes as long as to write one."""
+    for old in data.abandoned(folder.glob(".*.part")):
+        if re.fullmatch(PART, old.name):
+            old.unlink(missing_ok=True)
+
+
 PART = r"\.[0-9a-f]{16}\.part"  # the name of a file that is being written
 
 
@@ -238,9 +243,7 @@ def written_whole(path: Path) -> Iterator[Path]:
         OutputError: it could not be written, or the format cannot hold it.
     """
     target = path.resolve()
-    for old in data.abandoned(target.parent.glob(".*.part")):  # by one that was killed
-        if re.fullmatch(PART, old.name):
-            old.unlink(missing_ok=True)
+    _sweep(target.parent)
     beside = target.with_name(f".{secrets.token_hex(8)}.part")
     lock = None
     try:
@@ -268,6 +271,21 @@ def load(path: Path) -> NDArray[np.float32]:
 
     Integers become parts of the largest, and premultiplied. What curve they are on stays so.
 
+    Raises: as read().
+    """
+    image = read(path)
+    loaded = image.astype(np.float32)
+    if image.dtype.kind == "u":
+        loaded /= np.float32(np.iinfo(image.dtype).max)
+        if image.shape[2] == 4:
+            loaded[..., :3] *= loaded[..., 3:]
+    return loaded
+
+
+def read(path: Path) -> NDArray[Any]:
+    """Reads a picture of any of the formats: (height, width, 3 or 4), uint8, uint16 or of floats
+    as in its file.
+
     Raises:
         RequestError: it is not there, or is no such picture.
         OutputError: it does not fit into memory.
@@ -286,12 +304,8 @@ def load(path: Path) -> NDArray[np.float32]:
     if not good or image.size == 0 or not (image.dtype.kind == "f" or image.dtype in UNSIGNED):
         expected = "float, uint8 or uint16 of shape (height, width, 3 or 4)"
         raise RequestError(f"{path}: expected {expected}")
-    loaded = image.astype(np.float32)
-    if image.dtype.kind == "u":
-        loaded /= np.float32(np.iinfo(image.dtype).max)
-        if image.shape[2] == 4:
-            loaded[..., :3] *= loaded[..., 3:]
-    return loaded
+    picture: Array = image
+    return picture
 
 
 def _read_integers(path: Path) -> Array:
@@ -349,33 +363,28 @@ def is_whole(path: Path, width: int, height: int) -> bool:
     return False
 
 
-def _notes(transfer: str, command: str) -> "PngInfo":
-    """What a PNG says of itself."""
+def _notes(transfer: str, command: str) -> list[tuple[bytes, bytes]]:
+    """What a PNG says of itself: chunks."""
     from importlib.metadata import version
 
-    from PIL.PngImagePlugin import PngInfo
-
-    notes = PngInfo()
-    if transfer == "srgb":
-        notes.add(b"sRGB", b"\0")  # perceptual
-    notes.add_text("Software", f"clrt {version('clrt')}")
+    notes = [(b"sRGB", b"\0")] * (transfer == "srgb")  # perceptual
+    notes.append((b"tEXt", f"Software\0clrt {version('clrt')}".encode()))
     if command:  # a file's name need not be text
-        notes.add_text("Comment", command.encode(errors="backslashreplace").decode())
+        text = command.encode(errors="backslashreplace")
+        notes.append((b"iTXt", b"Comment\0\0\0\0\0" + text))
     return notes
 
 
-def _write_integers(file: IO[bytes], suffix: str, film: Array, notes: "PngInfo") -> None:
-    from PIL import Image, PngImagePlugin
+def _write_integers(
+    file: IO[bytes], suffix: str, film: Array, notes: list[tuple[bytes, bytes]]
+) -> None:
+    if suffix == ".png":
+        png.write(file, film, notes)
+        return
+    from PIL import Image
 
     form = BYTE_FORMATS[suffix]
-    if film.dtype == np.uint8:
-        noted = {"pnginfo": notes} if form.name == "PNG" else {}
-        Image.fromarray(film).save(file, form.name, **form.options, **noted)
-        return
-    encoded = deep.encoded16(film, form.name)
-    begin = PNG_HEADER if form.name == "PNG" else 0
-    file.write(encoded[:begin])
-    if form.name == "PNG":
-        for kind, content, *_ in notes.chunks:
-            PngImagePlugin.putchunk(file, kind, content)
-    file.write(encoded[begin:])
+    if film.dtype == np.uint16:
+        file.write(deep.encoded16(film))
+    else:
+        Image.fromarray(film).save(file, form.name, **form.options)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from clrt import memory
 from clrt.errors import RequestError
-from clrt.files import image
+from clrt.files import image, numbered
 
 Frames = Iterable[NDArray[np.uint8]]
 
@@ -26,17 +26,6 @@ SUFFIXES = tuple(SIDES)
 WITH_ALPHA = (".webp", ".apng")
 
 
-def is_pattern(path: Path) -> bool:
-    """Whether the name stands for numbered pictures: it has #s where the number goes."""
-    return "#" in path.name
-
-
-def numbered(path: Path, frame: int) -> Path:
-    """The name of a frame's picture: #### becomes 0007."""
-    hashes = path.name.count("#")
-    return path.with_name(path.name.replace("#" * hashes, f"{frame:0{hashes}d}"))
-
-
 def check_output(
     path: Path, width: int, height: int, frames: int, fps: float, *, alpha: bool = False
 ) -> None:
@@ -47,10 +36,9 @@ def check_output(
             or PyAV is not there.
         OutputError: the frames do not fit into memory.
     """
-    if is_pattern(path):
-        if "#" * path.name.count("#") not in path.name:
-            raise RequestError(f"{path}: expected all # in one place")
-        image.check_output(numbered(path, 0), width, height, alpha=alpha)
+    if numbered.is_pattern(path):
+        numbered.check_pattern(path)
+        image.check_output(numbered.picture(path, 0), width, height, alpha=alpha)
         return
     if path.suffix.lower() not in SUFFIXES:
         known = " ".join(SUFFIXES)
@@ -63,6 +51,8 @@ def check_output(
     image.check_file(path)
     image.check_sides(path, width, height, SIDES[path.suffix.lower()])
     what = f"{path}: {frames} frames of {width}x{height}"
+    if not 0.001 <= fps <= 1000:
+        raise RequestError(f"--fps: expected a number from 0.001 to 1000, got {fps:g}")
     if path.suffix.lower() == ".gif" and not 1 / 655 <= fps <= 50:
         raise RequestError(f"{path}: .gif has from 1/655 to 50 frames a second, not {fps:g}")
     if path.suffix.lower() in PICTURES:

@@ -103,5 +103,15 @@ def identity(device: "cl.Device") -> tuple[str, ...]:
 
 def label(device: "cl.Device") -> str:
     """The names of the device and its platform, and its driver's version, on one line."""
+    return _with_platform(device.name, device)
+
+
+def target(device: "cl.Device") -> str:
+    """What is compiled for, and by what: pictures are equal to the bit where this is the same. CPUs
+    of several names can have one target."""
+    return _with_platform(pocl.name_given(device) or device.name, device)
+
+
+def _with_platform(name: str, device: "cl.Device") -> str:
     platform, driver = device.platform.name.strip(), device.driver_version.strip()
-    return f"{device.name.strip()} ({platform}, {driver})"
+    return f"{name.strip()} ({platform}, {driver})"
