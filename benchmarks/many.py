@@ -190,7 +190,7 @@ def measure(
 
             contenders["embree"] = other
         seconds = harness.in_turn(contenders, turns)
-    features, kernels = used = renderer._program(scene, "float")
+    features, kernels = used = renderer._program(scene, "float", "picture")
     world = renderer._exposer.world(scene)
     assert features.tree
 
