@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.particles import Particles
     from clrt.renderer import Renderer, render
-    from clrt.scene import Animation, Camera, Film, Key, Material, Scene
+    from clrt.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
     from clrt.spheres import Sphere, Spheres
 
 # Where each public name comes from. It is imported when it is first used, for the command line
@@ -53,7 +53,16 @@ _HOMES = {
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
-    "clrt.scene": ("Animation", "Camera", "Film", "Key", "Material", "Scene"),
+    "clrt.scene": (
+        "Animation",
+        "Camera",
+        "Cell",
+        "Film",
+        "Key",
+        "LegendEntry",
+        "Material",
+        "Scene",
+    ),
     "clrt.spheres": ("Sphere", "Spheres"),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
 }
@@ -62,12 +71,14 @@ __all__ = [
     "AmbientLight",
     "Animation",
     "Camera",
+    "Cell",
     "ClrtError",
     "DeviceError",
     "DeviceWarning",
     "DirectionalLight",
     "Film",
     "Key",
+    "LegendEntry",
     "Light",
     "Material",
     "OutputError",

@@ -1,12 +1,13 @@
 """The film: what is done to a picture after it was traced, always in this order:
 
-    depth cue -> outline -> background -> clip -> transfer -> bytes
+    depth cue -> outline -> cells, colour bar -> background -> clip -> transfer -> bytes
 
 The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
 (..., 4): linear red, green and blue, premultiplied by the alpha that comes last. What mirrored rays
 see of the background is in them already; what the camera sees directly is added here.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,13 +28,18 @@ is to be, with even numbers as with odd ones."""
 
 def needs_passes(film: Film) -> bool:
     """Whether some step looks at depths and ids."""
-    return film.outline > 0 or film.depth_cue != (0, 0)
+    return film.outline > 0 or film.depth_cue != (0, 0) or bool(film.cells)
+
+
+def has_marks(film: Film) -> bool:
+    """Whether something is drawn over the picture: clrt.decor has it."""
+    return bool(film.cells) or bool(film.colorbar)
 
 
 def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
     """Whether a picture of that dtype, with alpha or without, is not what a kernel makes itself:
     floats, linear bytes, and floats with alpha."""
-    if needs_passes(film) or (any(film.background) and not alpha):
+    if needs_passes(film) or has_marks(film) or (any(film.background) and not alpha):
         return True
     return dtype != np.float32 and (alpha or dtype != np.uint8 or film.transfer != "linear")
 
@@ -61,7 +67,22 @@ class Seen(NamedTuple):
     """Where in it the picture lies."""
 
 
-def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) -> None:
+class Marks(NamedTuple):
+    """What is drawn over n pixels of a picture."""
+
+    pixel: Array
+    """(n,), row times the picture's width plus column, ascending."""
+    color: Array
+    """(n, 4) float32, premultiplied."""
+
+
+def develop(
+    exposed: Array,
+    film: Film,
+    out: Array,
+    seen: Seen | None = None,
+    marks: Sequence[Marks] = (),
+) -> None:
     """Takes a picture through all its steps.
 
     Args:
@@ -69,6 +90,7 @@ def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) ->
         out: (height, width, 3), or 4 with alpha, float32, uint8 or uint16: where it goes. Integers
             are straight colours, floats premultiplied ones.
         seen: if needs_passes().
+        marks: if has_marks(), one over the other.
     """
     depth = line = None
     if seen is not None and film.outline > 0:
@@ -85,6 +107,8 @@ def develop(exposed: Array, film: Film, out: Array, seen: Seen | None = None) ->
             picture = depth_cued(picture, depth[some], film.depth_cue)
         if line is not None:
             picture = drawn_over(picture, line[some], film.outline_color)
+        for one in marks:
+            picture = marked(picture, start * exposed.shape[1], one)
         if out.shape[2] == 3:
             picture = on_background(picture, film.background)
         if out.dtype.kind == "u":
@@ -151,6 +175,22 @@ def drawn_over(picture: Array, share: Array, ink: Color) -> Array:
     """Covers a share of each pixel, (...), with a colour that hides what is behind it."""
     share = share[..., np.newaxis]
     found: Array = picture * (1 - share) + share * np.array((*ink, 1), picture.dtype)
+    return found
+
+
+def marked(picture: Array, first: int, marks: Marks) -> Array:
+    """Rows of a picture with what is drawn over them.
+
+    first: the number of their first pixel in the picture.
+    """
+    height, width, _ = picture.shape
+    start, end = np.searchsorted(marks.pixel, (first, first + height * width))
+    if start == end:
+        return picture
+    found = picture.copy()
+    pixels, over = found.reshape(-1, 4), marks.color[start:end]
+    at = marks.pixel[start:end] - first
+    pixels[at] = pixels[at] * (1 - over[:, 3:]) + over
     return found
 
 

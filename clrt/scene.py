@@ -9,8 +9,11 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import msgspec
+import numpy as np
 from msgspec.structs import force_setattr
 
+from clrt import palette
+from clrt.errors import RequestError, SceneError
 from clrt.light import LIGHT_KINDS, AmbientLight, LightKind
 from clrt.spheres import Sphere, Spheres
 from clrt.values import (
@@ -197,6 +200,41 @@ class Animation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             before = key.frame
 
 
+class LegendEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a colour stands for."""
+
+    name: str
+    color: Color
+
+    def __post_init__(self) -> None:
+        _line(self, "name")
+        vectors(self, "color")
+
+
+class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A box whose edges are drawn."""
+
+    edges: tuple[Vec3, Vec3, Vec3]
+    """A row for each of the three that meet in `origin`; (3, 3)."""
+    origin: Vec3 = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        vectors(self, "origin")
+        try:
+            rows = tuple((float(x), float(y), float(z)) for x, y, z in self.edges)
+            good = len(rows) == 3 and all(math.isfinite(x) for row in rows for x in row)
+        except (TypeError, ValueError, OverflowError):
+            good = False
+        require(good, "edges", "three rows of three finite numbers", self.edges)
+        force_setattr(self, "edges", rows)
+
+
+def _line(struct: msgspec.Struct, key: str) -> None:
+    given = getattr(struct, key)
+    good = isinstance(given, str) and given.isprintable()
+    require(good, key, "a line of text", given)
+
+
 OUTLINE = 100.0
 """The widest, in pixels: a region is rendered with a margin of half as many."""
 
@@ -218,6 +256,17 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     zeros: they do not."""
     denoise: bool = False
     """For previews: neighbours that show the same spheres share the noise of few samples."""
+    colorbar: str = ""
+    """The label of a colour bar, or of a legend if there is one; " ": neither has one. "": none is
+    drawn."""
+    colorbar_cmap: str | None = None
+    """The bar's colour map, by its name in clrt.palette; None: "viridis"."""
+    colorbar_clim: tuple[float, float] | None = None
+    """What the bar's ends stand for."""
+    legend: Sequence[LegendEntry] = ()
+    """What is drawn instead of the bar."""
+    cells: Sequence[Cell] = ()
+    """Boxes whose edges are drawn."""
 
     def __post_init__(self) -> None:
         vectors(self, "background", "outline_color")
@@ -233,6 +282,19 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             good = False
         require(good, "depth_cue", "two finite numbers, the first one less", self.depth_cue)
         force_setattr(self, "depth_cue", (near, far))
+        all_of(self, "legend", LegendEntry, "a LegendEntry")
+        all_of(self, "cells", Cell, "a Cell")
+        _line(self, "colorbar")
+        good = self.colorbar_cmap is None or isinstance(self.colorbar_cmap, str)
+        require(good, "colorbar_cmap", "the name of a colour map", self.colorbar_cmap)
+        try:
+            if self.colorbar_cmap is not None:
+                palette.colormap(self.colorbar_cmap)
+            if self.colorbar_clim is not None:
+                clim = palette.limits(np.zeros(0), self.colorbar_clim)
+                force_setattr(self, "colorbar_clim", clim)
+        except RequestError as error:  # of cmap or clim
+            raise SceneError(f"colorbar_{error}") from None
 
 
 class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -265,6 +327,9 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         good = self.animation is None or isinstance(self.animation, Animation)
         require(good, "animation", "an Animation", self.animation)
         require(isinstance(self.film, Film), "film", "a Film", self.film)
+        bar = self.film.colorbar and not self.film.legend
+        good = not bar or self.film.colorbar_clim is not None
+        require(good, "film.colorbar_clim", "two numbers beside colorbar", None)
         count(self, "max_depth", 1, MAX_DEPTH)
         number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
         count(self, "samples", 1, MAX_SAMPLES)

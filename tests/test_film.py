@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clrt import color, film
-from clrt.scene import Film
+from clrt.scene import Cell, Film
 
 Array = np.ndarray[Any, Any]
 RANDOM = np.random.default_rng(5)
@@ -19,10 +19,15 @@ def premultiplied(shape: tuple[int, int] = (7, 9)) -> Array:
 
 
 def developed(
-    exposed: Array, kind: Any, channels: int, seen: film.Seen | None = None, **options: Any
+    exposed: Array,
+    kind: Any,
+    channels: int,
+    seen: film.Seen | None = None,
+    marks: Any = (),
+    **options: Any,
 ) -> Array:
     out = np.zeros((*exposed.shape[:2], channels), kind)
-    film.develop(exposed, Film(**options), out, seen)
+    film.develop(exposed, Film(**options), out, seen, marks)
     return out
 
 
@@ -45,6 +50,24 @@ def test_drawn_over() -> None:
     found = film.drawn_over(picture, np.array([[1, 0.5, 0]]), (1, 0, 0))
     expected = [[[1, 0, 0, 1], [0.5, 0, 0, 0.5], [0.4, 0.4, 0.4, 1]]]
     assert found == pytest.approx(np.array(expected))
+
+
+def marks(pixels: dict[int, Any]) -> film.Marks:
+    pixel, colors = zip(*sorted(pixels.items()), strict=True)
+    return film.Marks(np.array(pixel), np.array(colors, np.float32))
+
+
+def test_marks_cover_what_is_behind() -> None:
+    picture = np.full((2, 3, 4), (0.5, 0, 0, 1), np.float32)
+    over = marks({3: (0, 1, 0, 1), 7: (0, 0, 0.25, 0.25), 8: (0, 0, 0, 0), 9: (9, 9, 9, 1)})
+    found = film.marked(picture, 3, over)
+    expected = picture.copy()
+    expected[0, 0], expected[1, 1] = (0, 1, 0, 1), (0.375, 0, 0.25, 1)
+    assert (found == expected).all()
+    assert (picture == (0.5, 0, 0, 1)).all()
+    assert film.marked(picture, 10, over) is picture
+    # On nothing they bring their own alpha.
+    assert (film.marked(0 * picture, 3, over)[1, 1] == (0, 0, 0.25, 0.25)).all()
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16])
@@ -158,6 +181,21 @@ def test_no_halo_without_a_line() -> None:
     assert not film.needs_passes(Film(background=(1, 1, 1), transparent=True, transfer="srgb"))
     assert film.needs_passes(Film(depth_cue=(1, 2)))
     assert film.needs_passes(Film(outline=1))
+    assert film.needs_passes(Film(cells=(CELL,)))
+    assert not film.needs_passes(Film(colorbar="speed"))
+
+
+CELL = Cell(((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+
+
+def test_what_is_drawn_over_is_a_step() -> None:
+    floats, byte = np.dtype(np.float32), np.dtype(np.uint8)
+    for look in (Film(colorbar=" "), Film(cells=(CELL,))):
+        assert film.has_marks(look)
+        for alpha in (False, True):
+            assert film.has_steps(look, floats, alpha)
+            assert film.has_steps(look, byte, alpha)
+    assert not film.has_marks(Film(outline=1, transfer="srgb", colorbar_cmap="turbo"))
 
 
 def test_floats_are_neither_clipped_nor_curved() -> None:
@@ -175,12 +213,17 @@ def test_alpha_has_no_background() -> None:
 def test_blocks_do_not_show(monkeypatch: pytest.MonkeyPatch, transfer: str) -> None:
     exposed = premultiplied((40, 9))
     whole = developed(exposed, np.uint16, 4, transfer=transfer)
+    over = [marks(dict(zip(range(60, 200, 3), premultiplied((47, 1))[:, 0], strict=True)))]
+    marked = developed(exposed, np.uint16, 4, marks=over, transfer=transfer)
+    assert (marked != whole).any()
     monkeypatch.setattr(film, "BLOCK", 7)
     assert (developed(exposed, np.uint16, 4, transfer=transfer) == whole).all()
+    assert (developed(exposed, np.uint16, 4, marks=over, transfer=transfer) == marked).all()
 
 
 def test_the_order() -> None:
-    """A line is not pale where it is far, and shines through nothing; what it hides is gone."""
+    """A line is not pale where it is far, and shines through nothing; what it hides is gone. What
+    is drawn over the picture comes after it, in its order, and before the background."""
     looks = squares()
     seen = film.Seen(**looks, picture=np.s_[:, :])
     there = (looks["sphere"] >= 0)[..., np.newaxis]
@@ -200,6 +243,14 @@ def test_the_order() -> None:
     over = straight[..., :3] * straight[..., 3:] + 1 - straight[..., 3:]
     white = developed(exposed, np.uint8, 3, background=(1, 1, 1), seen=seen, **steps) / 255
     assert abs(over - white).max() <= 1 / 255
+    over = [
+        marks({156: (0, 1, 0, 1), 158: (0, 0.5, 0, 0.5), 179: (0, 0.5, 0, 0.5)}),
+        marks({156: (0.5, 0, 0, 0.5), 157: (0, 0, 0, 1)}),
+    ]
+    drawn = developed(exposed, np.uint8, 3, background=(0, 0, 1), seen=seen, marks=over, **steps)[5]
+    assert drawn[[6, 7]].tolist() == [[128, 128, 0], [0, 0, 0]]
+    assert drawn[8].tolist() == [32, 159, 96]  # a quarter of the sphere, and of the background
+    assert drawn[29].tolist() == [0, 128, 128]
     # The curve comes last.
     curved = developed(exposed, np.uint8, 3, transfer="srgb", seen=seen, **steps)[5, 8]
     assert curved.tolist() == [np.rint(255 * color.to_srgb(np.array(0.25)))] * 3

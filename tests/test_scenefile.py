@@ -2,6 +2,7 @@
 
 import functools
 import os
+import pickle
 import re
 import tempfile
 import threading
@@ -70,6 +71,33 @@ def test_a_film() -> None:
     """
     expected = clrt.Film((1, 0.5, 0.25), True, "srgb", 1.5, (0, 0, 1), (-3, 4))
     assert parse_scene(GOOD + film).film == expected
+
+
+def test_what_is_drawn_over() -> None:
+    film = """[film]
+    colorbar = "speed"
+    colorbar_cmap = "plasma_r"
+    colorbar_clim = [0, 5]
+    [[film.legend]]
+    name = "Na"
+    color = [0.5, 0, 1]
+    [[film.cells]]
+    edges = [[1, 0, 0], [0, 2, 0], [0.5, 0, 3]]
+    [[film.cells]]
+    edges = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    origin = [-1, 0, 1]
+    """
+    expected = clrt.Film(
+        colorbar="speed",
+        colorbar_cmap="plasma_r",
+        colorbar_clim=(0, 5),
+        legend=(clrt.LegendEntry("Na", (0.5, 0, 1)),),
+        cells=[clrt.Cell(((1, 0, 0), (0, 2, 0), (0.5, 0, 3))), clrt.Cell(np.eye(3), (-1, 0, 1))],
+    )
+    found = parse_scene(GOOD + film).film
+    assert found == expected
+    assert hash(found) == hash(expected)  # of equal pictures
+    assert pickle.loads(pickle.dumps(found)) == expected
 
 
 def test_what_spreads_rays() -> None:
@@ -254,6 +282,21 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         ("[camera]", "[film]\ndepth_cue = [1]\n[camera]", "film.depth_cue: expected `array`"),
         ("[camera]", "[film]\ntransfer = 'x'\n[camera]", "film.transfer: invalid enum value 'x'"),
         ("[camera]", "[film]\nalpha = true\n[camera]", "film.alpha: unknown key"),
+        (
+            "[camera]",
+            "[film]\ncolorbar_cmap = 'jett'\n[camera]",
+            "film.colorbar_cmap: expected one of viridis, plasma, turbo, coolwarm",
+        ),
+        (
+            "[camera]",
+            "[film]\ncolorbar = 'speed'\n[camera]",
+            "film.colorbar_clim: expected two numbers beside colorbar, got None",
+        ),
+        (
+            "[camera]",
+            "[[film.cells]]\nedges = [[1, 0, 0]]\n[camera]",
+            "film.cells[0].edges: expected `array` of length 3",
+        ),
         ("look_at = [0.0, 0.0, 0.0]", "", "camera.look_at: expected a value, got none"),
         ("max_depth = 3", "max_depth == 3", "not TOML: "),
         ("max_depth = 3", "max_depth = " + "[" * 2000, "not TOML: "),
