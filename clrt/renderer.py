@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt import data, film, pack
+from clrt.decor import decorations
 from clrt.errors import DeviceError, DeviceWarning, RequestError
 from clrt.exposer import Exposer, Program
 from clrt.files.scenefile import as_scene
@@ -242,7 +243,9 @@ class Renderer(AbstractContextManager["Renderer"]):
         if film.has_steps(scene.film, dtype, alpha):
             exposed, more = expose(own, box, use="exposed", progress=progress)
             image = self._exposer.blank(shape, dtype) if out is None else out
-            film.develop(exposed, scene.film, image, seen)
+            depth = None if seen is None else seen.depth[seen.picture]
+            marks = decorations.marks(scene, size, box, alpha, depth)
+            film.develop(exposed, scene.film, image, seen, marks)
         else:
             image, more = expose(own, box, out=out, progress=progress)
         self.kernel_seconds = seconds + more

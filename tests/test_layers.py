@@ -7,20 +7,20 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LAYERS = (
     ("errors",),
-    ("ahead", "data", "memory", "samples", "values"),
+    ("ahead", "data", "memory", "samples", "values", "decor.ticks", "decor.lettering"),
     ("color", "files.deep", "files.png", "light", "spheres", "particles", "elements", "palette"),
     ("scene",),
     (
         *("film", "glass"),
         *("lens", "reference", "metrics", "opencl.pocl", "files.scenefile", "files.image"),
-        "files.particles.text",
+        *("files.particles.text", "decor.legend"),
     ),
     (
-        *("pack", "opencl.device", "files.numbered"),
+        *("pack", "opencl.device", "files.numbered", "decor.panel", "decor.cell"),
         *("files.particles.columns", "files.particles.trajectory"),
     ),
     (
-        *("opencl.program", "opencl.bands", "opencl.tree", "files.video"),
+        *("opencl.program", "opencl.bands", "opencl.tree", "files.video", "decor.decorations"),
         *(f"files.particles.{name}" for name in ("arrays", "csv", "ply", "xyz", "lammps")),
         *(f"files.particles.{name}" for name in ("molecules", "hoomd")),
     ),

@@ -348,6 +348,14 @@ LOOKS = {
         background=(1, 0.9, 0.8), transfer="srgb", outline=3, outline_color=(0.3, 0, 0),
         depth_cue=(0.5, 4),
     ),
+    "decorated": clrt.Film(
+        background=(1, 0.9, 0.8), transfer="srgb", outline=1,
+        colorbar="speed", colorbar_clim=(-1, 5),
+        cells=[clrt.Cell(np.eye(3) - 0.1, (-1, -0.5, -2)), clrt.Cell(5 * np.eye(3), (-2, -2, -2))],
+    ),
+    "legend": clrt.Film(
+        transparent=True, colorbar="element", legend=[clrt.LegendEntry("Na", (0.5, 0, 1))]
+    ),
 }  # fmt: skip
 
 
@@ -411,6 +419,27 @@ def test_steps_show(device: cl.Device) -> None:
     assert abs(renderer.render(cued, 101, 67) - (0, 0, 1)).max() < 1e-6
     near = looking(clrt.Film(depth_cue=(1e5, 2e5)))
     assert (renderer.render(near, 101, 67) == plain)[passes["depth"] < 1e5].all()
+
+
+def test_a_sphere_hides_its_share_of_an_edge(device: cl.Device) -> None:
+    """One that goes through the middle of a ball: half of it is inside. And the bar is drawn, over
+    what is there."""
+    along = clrt.Cell(((4, 0, 0), (0, 0, 0), (0, 0, 0)), (-2, 0, 0))
+    camera = clrt.Camera((0, 0, 9), (0, 0, 0), projection="orthographic", height=4)
+    ball, red = clrt.Sphere((0, 0, 0), 1, "red"), clrt.Material((1, 0, 0), (0, 0, 0))
+    look = clrt.Film((0, 1, 0), cells=[along])
+    scene = clrt.Scene(camera, (clrt.AmbientLight(),), {"red": red}, (ball,), film=look)
+    renderer = renderer_for(device, 16)
+    plain = renderer.render(scene, 961, 541)
+    row, step = plain[270], 4 / 540  # world units from pixel to pixel
+    drawn = (row == (0, 0, 0)).all(axis=1)  # black, for green is bright
+    assert drawn.sum() * step == pytest.approx(2, abs=3 * step)
+    assert (row[abs((np.arange(961) - 480) * step) < 0.99] == (1, 0, 0)).all()
+    look = replace(look, colorbar=" ", colorbar_clim=(0, 1))
+    barred = renderer.render(replace(scene, film=look), 961, 541)
+    assert (barred[:, :850] == plain[:, :850]).all()
+    lowest = color.linear(np.array([68, 1, 84], np.uint8))
+    assert (barred[:, 850:] == lowest).all(axis=2).any()
 
 
 @pytest.mark.parametrize("transfer", ["linear", "srgb"])
@@ -477,6 +506,8 @@ def test_kernels_make_what_needs_no_step() -> None:
         (white, floats, True, None, ["alpha"]),
         (white, floats, False, None, ["alpha"]),
         (clrt.Film(outline=1), floats, False, None, ["alpha", "passes"]),
+        (LOOKS["legend"], floats, False, None, ["alpha"]),
+        (LOOKS["decorated"], byte, False, None, ["alpha", "passes"]),
         (clrt.Film(depth_cue=(1, 2)), byte, True, ["id"], ["alpha", "passes"]),
     ):
         assert exposures(film, dtype, alpha, passes) == expected

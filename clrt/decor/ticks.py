@@ -1,0 +1,75 @@
+"""Ticks: round numbers on a scale, and how they are written."""
+
+from decimal import Decimal
+from fractions import Fraction
+from math import ceil, floor
+from typing import NamedTuple
+
+STEPS = (1, 2, 5)
+"""Between ticks, times a power of ten."""
+
+DIGITS = 6
+"""What a tick is written with at most, or else it has an offset; zeros as well, or else a power."""
+
+
+class Ticks(NamedTuple):
+    """From the lowest to the highest. A number is its text times 10 to the power, plus the offset,
+    to the last digit."""
+
+    parts: tuple[float, ...]
+    """Where on the scale they are, 0 for its low end, 1 for its high one."""
+    texts: tuple[str, ...]
+    power: int = 0
+    offset: str = ""
+
+    @property
+    def note(self) -> str:
+        """What has to be said beside the texts."""
+        power = f"x 1e{self.power}" if self.power else ""
+        sign = "- " if self.offset.startswith("-") else "+ "
+        offset = sign + self.offset.lstrip("-") if self.offset else ""
+        return f"{power} {offset}".strip()
+
+
+def ticks(low: float, high: float, most: int) -> Ticks:
+    """At most so many round numbers from `low` to `high`, or where they are one number that one, to
+    six digits.
+
+    most: at least 2.
+    """
+    # Of a float the shortest decimal that stands for it: 0.3 is three tenths.
+    start, end = Fraction(repr(low)), Fraction(repr(high))
+    if start == end:
+        return Ticks((0.5,), (f"{low:.{DIGITS}g}",))
+    size = (Decimal(repr(high)) - Decimal(repr(low))).adjusted()
+    # Powers from one that is too small for any picture to one that has at most one tick.
+    steps = ((m, k) for k in range(size - len(str(most)), size + 2) for m in STEPS)
+    for m, power in steps:
+        step = m * Fraction(10) ** power
+        first, last = ceil(start / step), floor(end / step)
+        if last - first < most:
+            break
+    parts = tuple(float((n * step - start) / (end - start)) for n in range(first, last + 1))
+    return _written(parts, [n * m for n in range(first, last + 1)], power)
+
+
+def _written(parts: tuple[float, ...], numbers: list[int], power: int) -> Ticks:
+    """Ticks at numbers times 10 to a power."""
+    offset = 0
+    if max(len(str(abs(n))) for n in numbers) > DIGITS:
+        unit = 10 ** len(str(numbers[-1] - numbers[0]))
+        offset = numbers[0] // unit * unit
+        numbers = [n - offset for n in numbers]
+    beside = _short(Decimal(offset).scaleb(power)) if offset else ""
+    if not any(numbers):
+        return Ticks(parts, ("0",), 0, beside)
+    size = max(len(str(abs(n))) for n in numbers) - 1 + power  # the largest is about 10^size
+    factor = 0 if -4 < size < DIGITS else size
+    texts = tuple(f"{Decimal(n).scaleb(power - factor):f}" for n in numbers)
+    return Ticks(parts, texts, factor, beside)
+
+
+def _short(number: Decimal) -> str:
+    """A number to its last digit, with or without a power of ten."""
+    number = number.normalize()
+    return min(f"{number:f}", f"{number:e}".replace("e+", "e"), key=len)
