@@ -3,7 +3,7 @@
 A point's place here is as the camera has it: x to the right, y up, z back.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,11 +11,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from clrt.scene import Camera
-from clrt.spheres import Spheres
+from clrt.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]
 
 BLOCK = 1 << 15  # spheres that are looked at at a time: what they need stays in the cache
+LOOKED_AT = 2000  # spheres, every nth of many, that stand for all
 
 
 def blocks(n: int) -> Iterator[slice]:
@@ -39,6 +40,20 @@ def half_screen(camera: Camera, width: int, height: int) -> Array:
     fov = wide(camera.fov or 0)
     half: Any = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
     return np.array([half, half * (wide(height) / width)])
+
+
+def middle_size(camera: Camera, spheres: Sequence[Sphere]) -> float:
+    """How much of half a picture's width a sphere's radius takes: the median over those before the
+    camera, of 16:9 if it is orthographic; infinity if there are none."""
+    some = Spheres.of(spheres[:: -(-len(spheres) // LOOKED_AT) or 1])
+    right = half_screen(camera, 16, 9)[0].astype(np.float64)
+    width = np.full(len(some), right)
+    if not camera.orthographic:
+        width *= (np.array(camera.position) - some.center) @ np.array(camera.basis()[2])
+    ahead = width > 0
+    if not ahead.any():
+        return np.inf
+    return float(np.median(some.radius[ahead] / width[ahead]))
 
 
 def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floating[Any]]) -> Any:

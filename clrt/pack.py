@@ -428,9 +428,15 @@ def features(
     )
 
 
+SMALL, SMALLS_BASE = 0.01, 4
+"""Of what size spheres are so small that one sample misses what is between the pixels, see
+lens.middle_size(), and how many each pixel then gets (benchmarks/NOTES.md)."""
+
+
 def base(scene: Scene) -> int:
     """How many samples each pixel gets, at an edge or not."""
-    return 1
+    small = lens.middle_size(scene.camera, scene.spheres) < SMALL
+    return min(SMALLS_BASE if small else 1, scene.samples)
 
 
 def _has_long_lens(world: World, camera: Camera) -> bool:
@@ -470,9 +476,8 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
         return {}
     lanes = features.lanes if features.refine else 1
     count = base(scene) if features.hashed else scene.samples
-    found = samples.offsets(-(-count // BATCH) * BATCH).astype(PRECISIONS[features.precision])
-    if scene.samples == 1:
-        found[0] = 0  # the pixel's point
+    found = np.zeros((-(-count // BATCH) * BATCH, 2), PRECISIONS[features.precision])
+    found[:count] = samples.offsets(count)
     laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
     more = {"samples": np.int32(count), "points": laid}
     if features.occlusion or features.lens or features.gloss or features.indirect:

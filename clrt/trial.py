@@ -175,6 +175,9 @@ def scene_for(features: pack.Features) -> Scene:
         random = np.random.default_rng(1)
         beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * pack.TREE_FROM, 3))
         spheres += tuple(Sphere(bead.tolist(), 0.06, "matte") for bead in beads)
+    if features.hashed and features.gather:  # most spheres are so small that nobody sees them
+        speck = Sphere((0.0, 0.2, 0.0), 1e-6, "matte")
+        spheres += (speck,) * (len(spheres) + 1)
     if features.sphere_colors:
         spheres = tuple(
             replace(sphere, color=(1, 0.3 + 0.7 * (i % 2), 0.5)) for i, sphere in enumerate(spheres)
@@ -217,7 +220,8 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
         shown = film / np.float64(255) if features.film == "bytes" else film
         true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
         if features.refine or features.gather:
-            true = reference.mean(scene, *size, samples.offsets(scene.samples))
+            count = int(pack.sampling(features, scene)["samples"])
+            true = reference.mean(scene, *size, samples.offsets(count))
         if features.film != "alpha":
             true = true[..., :3]
         off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP

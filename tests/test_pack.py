@@ -1,7 +1,8 @@
 """Packing: the dtypes are the kernel's structs, and giants are anchored where they should be."""
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,7 @@ from conftest import run_kernel
 from msgspec.structs import replace
 
 import clrt
-from clrt import pack, trial
+from clrt import Camera, Material, Scene, Sphere, Spheres, lens, pack, trial
 from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
 
@@ -153,27 +154,75 @@ def test_the_kernels_ask_for_nothing_else() -> None:
     assert asked == told - {"LANES=1"}
 
 
-@pytest.mark.parametrize("names", [(), pack.USES[:1], pack.USES], ids=["none", "some", "all"])
+RANDOM = {"occlusion", "lens", "gloss", "indirect"}
+STAGES = {
+    "edges": {"refine"},
+    "few samples, then edges": {"hashed", "gather"},
+    "many samples": {"gather", *RANDOM},
+}
+OTHERS = set(pack.USES) - set().union(*STAGES.values()) - {"long_lens", "orthographic"}
+TOGETHER = {"nothing": set(), "mirrors": {"reflection"}, "all": OTHERS} | {
+    name: OTHERS | uses for name, uses in STAGES.items()
+}
+
+
+@pytest.mark.parametrize("together", TOGETHER)
 @pytest.mark.parametrize("film", pack.FILMS)
-def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device, film, names) -> None:
-    used = {name: True for name in names if name != "long_lens"}
-    features = pack.Features(4, "robust", film, **used)
+def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device, film, together) -> None:
+    if together in STAGES and film in ("passes", "paths"):
+        return
+    features = pack.Features(4, "robust", film, **dict.fromkeys(TOGETHER[together], True))
     scene = trial.scene_for(features)
-    names = list(pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9))
+    names = ["film", "first_row", "width", "height", "first_column"]
+    names += ["paths", "top"] * features.hashed + ["list", "from", "count"] * features.refine
+    given = pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9)
+    names += pack.sampling(features, scene) | pack.suited(given, features)
     context = cl.Context([device])
     program = cl.Program(context, kernel_source())
     kernel = program.build(options=[*features.options, "-cl-kernel-arg-info"]).render
     info = cl.kernel_arg_info.NAME
-    found = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]
-    assert found == ["film", "first_row", "width", "height", "first_column", *names]
+    assert [kernel.get_arg_info(i, info) for i in range(kernel.num_args)] == names
 
 
 def test_a_world_is_packed_again_only_if_it_changes() -> None:
     scene = clrt.load_scene("four-spheres")
     world = pack.pack_world(scene, "robust")
-    assert world.is_of(replace(scene, camera=clrt.Camera((1, 1, 1), (0, 0, 0)), max_depth=1))
+    assert world.is_of(replace(scene, camera=clrt.Camera((1, 1, 1), (0, 0, 0))))
+    assert not world.is_of(replace(scene, max_depth=1))
     assert not world.is_of(replace(scene, spheres=scene.spheres[:2]))
     assert not world.is_of(replace(scene, lights=[clrt.Light((0, 0, 0))]))
     name, material = next(iter(scene.materials.items()))
     scene.materials[name] = replace(material, shininess=1.0)  # a dict can be changed where it is
     assert not world.is_of(scene)
+
+
+BEAD = Sphere((0, 0, 0), 0.01, "a")
+AHEAD = Camera((0, 0, 2), (0, 0, 0))
+
+
+def _base(camera: Camera, spheres: Sequence[Sphere], samples: int = 64) -> int:
+    return pack.base(Scene(camera, (), {"a": Material()}, spheres, samples=samples))
+
+
+def test_a_spheres_size_is_how_much_of_the_picture_it_takes() -> None:
+    """Half a picture is as wide as it is far through a lens of 90 degrees."""
+    assert lens.middle_size(AHEAD, [BEAD]) == pytest.approx(0.01 / 2)
+    narrow = replace(AHEAD, fov=60)
+    assert lens.middle_size(narrow, [BEAD]) == pytest.approx(0.01 / 2 * 3**0.5)
+    flat = Camera((0, 0, 2), (0, 0, 0), projection="orthographic", height=9)
+    assert lens.middle_size(flat, [BEAD]) == pytest.approx(0.01 / 8)
+    near, far, behind = (replace(BEAD, center=(0, 0, z)) for z in (1, -2, 3))
+    assert lens.middle_size(AHEAD, [near, BEAD, far]) == pytest.approx(0.01 / 2)
+    assert lens.middle_size(AHEAD, [near, behind, behind]) == pytest.approx(0.01)
+    assert lens.middle_size(AHEAD, [behind]) == lens.middle_size(AHEAD, []) == math.inf
+    many = Spheres(
+        np.zeros((5 * lens.LOOKED_AT, 3)), np.geomspace(1e-3, 1e-1, 5 * lens.LOOKED_AT), "a"
+    )
+    assert lens.middle_size(AHEAD, many) == pytest.approx(0.01 / 2, rel=0.01)
+
+
+def test_small_spheres_get_more_samples() -> None:
+    small, large = [replace(BEAD, radius=x * pack.SMALL * 2) for x in (0.99, 1.01)]
+    assert _base(AHEAD, [small]) == pack.SMALLS_BASE > 1
+    assert _base(AHEAD, [large]) == _base(AHEAD, []) == 1
+    assert _base(AHEAD, [small], samples=3) == 3  # no more than the scene says

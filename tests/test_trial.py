@@ -39,12 +39,15 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         or (precision == "literal" and {"nest", "round", "long_lens", "tree", *SAMPLED} & some)
         or (film in ("passes", "paths") and SAMPLED & some)
         # All pixels of few samples and then the edges, or all of many.
-        or len(stages) > 1
-        or (RANDOM & some != set()) != ("gather" in some)
+        or ("refine" in some and len(stages) > 1)
+        or (RANDOM & some and stages != {"gather"})
+        or (stages == {"gather"} and not RANDOM & some)
     )
 
 
-APART: tuple[set[str], ...] = (set(), {"hashed", "refine"}, {"gather", "refine", *RANDOM})
+APART: tuple[set[str], ...] = (
+    set(), {"hashed", "refine"}, {"refine", *RANDOM}, {"gather", "refine", *RANDOM}
+)  # fmt: skip
 SETS = dict.fromkeys(
     tuple(sorted(some - apart))
     for used in map(set, USED)
