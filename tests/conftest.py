@@ -3,7 +3,7 @@
 import functools
 import signal
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,13 @@ import pyopencl as cl
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from clrt import metrics
+from clrt import metrics, pack
 from clrt.files.image import save
 from clrt.opencl import program
 from clrt.opencl.device import devices, label
 from clrt.pack import LANES, Features, Precision
 from clrt.renderer import Renderer
+from clrt.scene import Scene
 
 DEVICES = devices()
 # Ctrl-C may be ignored where the tests were started; processes would inherit that.
@@ -25,7 +26,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @functools.cache
-def renderer_for(device: cl.Device, lanes: int, precision: Precision = "robust") -> Renderer:
+def renderer_for(
+    device: cl.Device, lanes: int, precision: Precision = "robust", of: str = ""
+) -> Renderer:
+    """One for all tests that use it for the same."""
     return Renderer(device=device, lanes=lanes, precision=precision)
 
 
@@ -108,6 +112,27 @@ def lanes(request: pytest.FixtureRequest) -> int:
 @pytest.fixture
 def renderer(device: cl.Device, lanes: int) -> Renderer:
     return renderer_for(device, lanes)
+
+
+@pytest.fixture
+def render(device: cl.Device, monkeypatch: pytest.MonkeyPatch) -> Callable[..., NDArray[Any]]:
+    """Renders a scene with a tree, however few its spheres are, or without."""
+
+    def rendered(
+        scene: Scene,
+        size: tuple[int, int],
+        tree: bool = False,
+        lanes: int = 16,
+        precision: Precision = "robust",
+        **options: Any,
+    ) -> NDArray[Any]:
+        if precision == "double" and device.native_vector_width_double == 0:
+            pytest.skip("no float64")
+        monkeypatch.setattr(pack, "TREE_FROM", 1 if tree else np.inf)
+        renderer = renderer_for(device, lanes, precision, "a tree" if tree else "a list")
+        return renderer.render(scene, *size, **options)
+
+    return rendered
 
 
 @pytest.fixture
