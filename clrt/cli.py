@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
     from clrt.renderer import Region
+    from clrt.scene import Camera
     from clrt.values import Color
 
 T = TypeVar("T", bound="Struct")
@@ -194,6 +195,18 @@ def _color(context: click.Context, option: click.Parameter, text: str | None) ->
         raise click.BadParameter(str(error)) from None
 
 
+def _camera(context: click.Context, option: click.Parameter, text: str | None) -> "Camera | None":
+    """The keys of a scene file's [camera], with commas between them."""
+    if text is None:
+        return None
+    from clrt.files.scenefile import parse_camera
+
+    try:
+        return parse_camera(text)
+    except SceneError as error:
+        raise click.BadParameter(str(error)) from None
+
+
 @main.command()
 @click.pass_context
 @click.argument("scene", default="four-spheres")
@@ -226,6 +239,13 @@ def _color(context: click.Context, option: click.Parameter, text: str | None) ->
     metavar="X0 Y0 X1 Y1",
     help="Only the columns from X0 to before X1 and rows from Y0, counted from the top, to before "
     "Y1 of the picture.",
+)
+@click.option(
+    "--camera",
+    metavar="TOML",
+    callback=_camera,
+    help="In place of the scene's: keys of its table with commas between, as "
+    "'position = [0, 1, 3], look_at = [0, 0, 0]'.",
 )
 @click.option(
     "--background",
@@ -261,6 +281,7 @@ def render(
     max_depth: int | None,
     shadow_bias: float | None,
     region: "Region | None",
+    camera: "Camera | None",
     background: "Color | None",
     transparent: bool,
     transfer: str | None,
@@ -304,6 +325,7 @@ def render(
         max_depth=max_depth,
         shadow_bias=shadow_bias,
         samples=samples,
+        camera=camera,
         film=changed(loaded.film, **look),
     )
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
@@ -562,6 +584,74 @@ def encode(
     if not quiet:
         seconds = time.perf_counter() - started
         say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s")
+
+
+@main.command()
+@click.argument("scene", default="four-spheres")
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    metavar="TEXT",
+    help="The address to listen at. Other machines can connect to others than the default.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    metavar="N",
+    help="Default: a free one.",
+)
+@rendering_options
+def view(
+    scene: str,
+    host: str,
+    port: int,
+    samples: int | None,
+    precision: Any,
+    lanes: int | None,
+    device: str | None,
+    threads: int | None,
+    quiet: bool,
+) -> None:
+    """Shows SCENE in a browser, a built-in scene's name or a TOML file; default: four-spheres.
+
+    It prints an address, which it opens if there is a browser. Whoever knows it can look. Ctrl-C
+    ends it.
+
+    \b
+    Examples:
+      clrt view
+      clrt view my.toml --samples 64
+      ssh -L 8000:127.0.0.1:8000 there clrt view my.toml --port 8000
+    """
+    import webbrowser
+
+    from clrt.renderer import Renderer
+    from clrt.viewer import subject
+    from clrt.viewer.session import Session
+
+    try:
+        from clrt.viewer.server import View
+    except ModuleNotFoundError:
+        raise RequestError("clrt view needs websockets: pip install 'websockets>=17'") from None
+
+    given = {"precision": precision, "lanes": lanes, "device": device}
+    words = [w for k, v in given.items() if v not in (None, "robust") for w in (f"--{k}", str(v))]
+    looked_at = subject.of_scene(scene, words)
+    first = Session(looked_at, samples).scene
+    with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
+        renderer.prepare(first, "uint8")  # in this thread: clrt.opencl.pocl.signals_kept
+        renderer.prepare(changed(first, samples=1), "uint8", alpha=False, passes=("id",))
+        shown = View(renderer, lambda: Session(looked_at, samples), scene)
+        with shown.listen(host, port) as listening:
+            address = shown.address(listening)
+            click.echo(address)
+            if not quiet:
+                say("Ctrl-C ends it")
+            if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+                webbrowser.open(address)
+            listening.serve_forever()
 
 
 @main.command()

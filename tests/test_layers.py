@@ -16,20 +16,7 @@ LAYERS = (
         *("files.particles.text", "decor.legend"),
     ),
     (
-        *("pack", "opencl.device", "files.numbered", "decor.panel", "decor.cell"),
-        *("files.particles.columns", "files.particles.trajectory"),
-    ),
-    (
-        *("opencl.program", "opencl.bands", "opencl.tree", "files.video", "decor.decorations"),
-        *(f"files.particles.{name}" for name in ("arrays", "csv", "ply", "xyz", "lammps")),
-        *(f"files.particles.{name}" for name in ("molecules", "hoomd")),
-    ),
-    ("opencl.edges", "files.particles.objects"),
-    ("exposer", "files.particles.reader"),
-    ("trial",),
-    ("renderer",),
-    ("animation",),
-    ("cluster",),
+        *("pack", "opencl.device", "files.numbered", "decor.panel", "decor.cell", "moves"),
     ("cli",),
     ("__main__",),
 )

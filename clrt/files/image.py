@@ -1,5 +1,6 @@
 """Image files: a film encoded by the suffix of its file's name, written whole or not at all."""
 
+import io
 import os
 import re
 import secrets
@@ -219,6 +220,13 @@ def save(
             deep.WRITE[suffix](file, film, passes or {})
         else:
             _write_integers(file, suffix, film, _notes(transfer, command))
+
+
+def as_png(film: NDArray[Any], *, transfer: str = "linear", command: str = "") -> bytes:
+    """The .png that save() would write of a film of integers."""
+    file = io.BytesIO()
+    _write_integers(file, ".png", film, _notes(transfer, command))
+    return file.getvalue()
 
 
 @cache

@@ -11,7 +11,7 @@ import msgspec
 from clrt import data
 from clrt.errors import SceneError
 from clrt.light import LIGHT_KINDS
-from clrt.scene import Material, Scene
+from clrt.scene import Camera, Material, Scene
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
@@ -102,6 +102,19 @@ def parse_scene(text: str) -> Scene:
     if isinstance(tables.get("lights"), list):
         tables["lights"] = [_light(table, i) for i, table in enumerate(tables["lights"])]
     return _convert(tables, Scene, "")
+
+
+def parse_camera(text: str) -> Camera:
+    """Makes a camera of the keys of a scene file's [camera], with commas between them.
+
+    Raises:
+        SceneError: naming the key and what was expected.
+    """
+    try:
+        tables = tomllib.loads(f"camera = {{ {text} }}")
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"not TOML: {error}") from None
+    return _convert(tables["camera"], Camera, "camera")
 
 
 def _light(table: Any, i: int) -> Any:

@@ -1,0 +1,1 @@
+"""What is on the screen: a scene in a browser, drawn anew when somebody moves it."""

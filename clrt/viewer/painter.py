@@ -1,0 +1,196 @@
+"""Painter: threads that draw what a session sees, and send it.
+
+One renders, another one encodes and sends: so the next picture is rendered meanwhile.
+"""
+
+import io
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from typing import Any, NamedTuple, Self
+
+from msgspec.structs import replace
+from PIL import Image
+
+from clrt.errors import ClrtError
+from clrt.files import image
+from clrt.renderer import Array, Renderer
+from clrt.viewer.schedule import Schedule, Task
+from clrt.viewer.session import Change, Pick, Session, Shot, Shown
+from clrt.viewer.subject import described
+
+QUALITY = 80
+"""Of JPEG: of all pictures but the last, which loses nothing."""
+
+
+class Stage:
+    """A renderer that painters share. Those who move go before those at rest."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        self.renderer = renderer
+        self._moving = 0
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def at_once(self) -> Iterator[Renderer]:
+        """The renderer for who moves."""
+        with self._lock:
+            self._moving += 1
+        try:
+            yield self.renderer
+        finally:
+            with self._lock:
+                self._moving -= 1
+
+    def give_way(self, rows: int) -> None:
+        """The progress of pictures at rest.
+
+        Raises:
+            CancelledError: somebody moves.
+        """
+        if self._moving:
+            raise CancelledError
+
+
+class Picture(NamedTuple):
+    """A film, and what is sent before it."""
+
+    task: Task
+    shot: Shot
+    film: Array
+    header: dict[str, Any]
+
+
+class Painter:
+    """Threads for one page, as long as a `with` lasts."""
+
+    def __init__(
+        self, stage: Stage, session: Session, send: Callable[[dict[str, Any], bytes], None]
+    ) -> None:
+        """send: takes a header and a picture's file; there is none (empty) with some headers."""
+        self._stage, self._session, self._send = stage, session, send
+        self._schedule = Schedule()
+        self._changed = threading.Condition()  # guards all but the queue
+        self._changes = 0
+        self._busy: dict[int, float] = {}
+        self._is_closed = False
+        self._rendered: queue.Queue[Picture | None] = queue.Queue(1)
+        self._threads = [threading.Thread(target=work) for work in (self._draw, self._encode)]
+
+    def __enter__(self) -> Self:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+        for thread in self._threads:
+            thread.join()
+
+    def tell(self, message: Change | Pick | Shown) -> None:
+        """Does what a page says."""
+        if isinstance(message, Pick):
+            self._pick(message)
+            return
+        now = time.perf_counter()
+        with self._changed:
+            if isinstance(message, Shown):
+                self._schedule.show(message.number, now, self._busy.pop(message.number, 0.0))
+            else:
+                self._session.change(message)
+                self._changes += 1
+                self._schedule.change(now, self._session.scene.samples)
+            self._changed.notify()
+
+    def _pick(self, message: Pick) -> None:
+        """Says what is seen at a pixel."""
+        with self._changed:
+            shot = self._session.shot
+        if shot is None:
+            return
+        (width, height), names = shot.size, ("id",)
+        x, y = min(message.x, width - 1), min(message.y, height - 1)
+        with self._stage.at_once() as renderer:
+            _, passes = renderer.render(
+                shot.scene, width, height, region=(x, y, x + 1, y + 1), passes=names
+            )
+        self._send({"picked": described(shot.scene, int(passes["id"][0, 0]))}, b"")
+
+    def _draw(self) -> None:
+        while (due := self._next()) is not None:
+            task, shot, header = due
+            try:
+                started = time.perf_counter()
+                film = self._film(task, shot)
+            except CancelledError:
+                with self._changed:
+                    self._schedule.drop(task)
+            except Exception as error:  # the page says so; what is changed next may be better
+                with self._changed:
+                    self._schedule.give_up(task)
+                self._send({"error": _said(error)}, b"")
+            else:
+                header["render"] = time.perf_counter() - started
+                self._rendered.put(Picture(task, shot, film, header))
+        self._rendered.put(None)
+
+    def _next(self) -> tuple[Task, Shot, dict[str, Any]] | None:
+        """What is to be drawn, when it is due. None: nothing any more."""
+        with self._changed:
+            while not self._is_closed:
+                shot = self._session.shot
+                due = None if shot is None else self._schedule.next(time.perf_counter())
+                if shot is not None and isinstance(due, Task):
+                    counted = {"number": due.number, "changes": self._changes}
+                    return due, shot, counted | self._session.state
+                self._changed.wait(None if isinstance(due, Task) else due)
+        return None
+
+    def _film(self, task: Task, shot: Shot) -> Array:
+        scene = replace(shot.scene, samples=task.samples)
+        if task.moves:
+            width, height = (max(round(task.scale * side), 1) for side in shot.size)
+            with self._stage.at_once() as renderer:
+                return renderer.render(scene, width, height, dtype="uint8", alpha=False)
+
+        def progress(rows: int) -> None:
+            if self._is_closed or self._schedule.moves:
+                raise CancelledError
+            self._stage.give_way(rows)
+
+        alpha = None if task.is_final else False  # which JPEG has not
+        return self._stage.renderer.render(
+            scene, *shot.size, dtype="uint8", alpha=alpha, progress=progress
+        )
+
+    def _encode(self) -> None:
+        while (picture := self._rendered.get()) is not None:
+            started = time.perf_counter()
+            task, shot, header = picture.task, picture.shot, picture.header
+            if task.is_final:
+                transfer = shot.scene.film.transfer
+                file = image.as_png(picture.film, transfer=transfer, command=shot.command)
+                header |= {"command": shot.command, "toml": shot.toml}
+            else:
+                file = _jpeg(picture.film)
+            header["encode"] = time.perf_counter() - started
+            with self._changed:
+                self._busy[task.number] = header["render"] + header["encode"]
+            header |= {"samples": task.samples, "moves": task.moves, "final": task.is_final}
+            header["size"] = picture.film.shape[1::-1]
+            self._send(header, file)
+
+
+def _jpeg(film: Array) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(film).save(file, "JPEG", quality=QUALITY)
+    return file.getvalue()
+
+
+def _said(error: Exception) -> str:
+    return str(error) if isinstance(error, ClrtError) else f"this is a bug in clrt: {error!r}"

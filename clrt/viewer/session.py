@@ -1,0 +1,187 @@
+"""Session: what somebody sees of a subject, and what they say to change it."""
+
+import json
+import shlex
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Annotated, Any, Literal, TypeAlias
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+from msgspec.structs import replace
+
+from clrt import moves
+from clrt.errors import SceneError
+from clrt.scene import MAX_SAMPLES, Camera, Scene
+from clrt.viewer.subject import Subject
+
+FOV = 40.0
+"""Degrees, of a perspective camera in place of an orthographic one."""
+TURN = 180.0
+"""Degrees that a drag over the height of the picture turns."""
+
+Side: TypeAlias = Annotated[int, Meta(ge=1, le=8192)]
+Pixels: TypeAlias = Annotated[float, Meta(ge=-1e5, le=1e5)]
+
+
+class Message(Struct, tag=str.lower, tag_field="do", forbid_unknown_fields=True):
+    """What a page says. Lengths are in pixels of the whole picture, x to the right, y down."""
+
+
+class Resize(Message):
+    width: Side
+    height: Side
+
+
+class Turn(Message):
+    x: Pixels
+    y: Pixels
+
+
+class Pan(Message):
+    x: Pixels
+    y: Pixels
+
+
+class Zoom(Message):
+    factor: Annotated[float, Meta(ge=0.01, le=100)]
+    x: Pixels
+    y: Pixels
+
+
+class Reset(Message):
+    pass
+
+
+class Project(Message):
+    projection: Literal["perspective", "orthographic"]
+
+
+class Sample(Message):
+    samples: Annotated[int, Meta(ge=1, le=MAX_SAMPLES)]
+
+
+class Frame(Message):
+    frame: Annotated[int, Meta(ge=0)]
+
+
+class Pick(Message):
+    x: Annotated[int, Meta(ge=0)]
+    y: Annotated[int, Meta(ge=0)]
+
+
+class Shown(Message):
+    """A picture is on the screen: another one can come."""
+
+    number: int
+
+
+Change: TypeAlias = Resize | Turn | Pan | Zoom | Reset | Project | Sample | Frame
+MESSAGES: msgspec.json.Decoder[Change | Pick | Shown] = msgspec.json.Decoder(Change | Pick | Shown)
+"""Raises msgspec.DecodeError: it is none."""
+
+
+class Shot(Struct, frozen=True):
+    """All that a picture depends on, and how the command line says so."""
+
+    subject: Subject
+    scene: Scene
+    size: moves.Size
+
+    @property
+    def command(self) -> str:
+        """The command that makes this picture, but for its file's name."""
+        width, height = map(str, self.size)
+        words = ["clrt", "render", *self.subject.words, "--width", width, "--height", height]
+        words += ["--samples", str(self.scene.samples)]
+        return shlex.join([*words, "--camera", ", ".join(_toml(self.scene.camera))])
+
+    @property
+    def toml(self) -> str:
+        """What a scene file says to be seen so."""
+        lines = [f"samples = {self.scene.samples}", "", "[camera]", *_toml(self.scene.camera)]
+        return "\n".join(lines) + "\n"
+
+
+def _toml(camera: Camera) -> Iterator[str]:
+    """Keys and values, each a line; what JSON makes of them is TOML as well."""
+    for field in msgspec.structs.fields(camera):
+        value = getattr(camera, field.name)
+        if value is not None and value != field.default:
+            yield f"{field.name} = {json.dumps(value)}"
+
+
+class Session:
+    """Where somebody has moved to."""
+
+    def __init__(self, subject: Subject, samples: int | None = None) -> None:
+        """samples: default: the scene's."""
+        self.subject = subject
+        self._frame = 0
+        self._size: moves.Size | None = None
+        self.scene = subject.at(0)
+        """What is seen, with as many samples as it gets at rest."""
+        self._first = samples or self.scene.samples
+        self._reset()
+
+    def _reset(self) -> None:
+        self.scene = replace(self.subject.at(self._frame), samples=self._first)
+
+    @property
+    def shot(self) -> Shot | None:
+        """The picture that is due; None as long as nobody has said how large it is."""
+        return None if self._size is None else Shot(self.subject, self.scene, self._size)
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What a page is told once."""
+        subject = self.subject
+        return {
+            "name": subject.words[0],
+            "spheres": len(self.scene.spheres),
+            "frames": subject.frames,
+            "fps": subject.fps,
+        }
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a page shows beside the picture."""
+        camera = self.scene.camera
+        return {
+            "frame": self._frame,
+            "projection": camera.projection,
+            "most": self.scene.samples,
+        }
+
+    def change(self, message: Change) -> None:
+        """Does what was said. A camera that cannot be leaves that which is."""
+        if isinstance(message, Resize):
+            self._size = message.width, message.height
+        elif isinstance(message, Reset):
+            self._reset()
+        elif isinstance(message, Sample):
+            self.scene = replace(self.scene, samples=message.samples)
+        elif isinstance(message, Frame):
+            self._frame = min(message.frame, self.subject.frames - 1)
+            self.scene = replace(self.subject.at(self._frame), samples=self.scene.samples)
+        elif self._size is not None:
+            with suppress(SceneError), np.errstate(all="ignore"):
+                camera = self._moved(self.scene.camera, message, self._size)
+                self.scene = replace(self.scene, camera=camera)
+
+    def _moved(
+        self, camera: Camera, message: Turn | Pan | Zoom | Project, size: moves.Size
+    ) -> Camera:
+        """Raises SceneError: no camera can be there."""
+        if isinstance(message, Turn):
+            degrees = TURN / size[1]
+            return moves.turned(camera, -degrees * message.x, degrees * message.y)
+        if isinstance(message, Pan):
+            return moves.panned(camera, message.x, message.y, size)
+        if isinstance(message, Zoom):
+            return moves.zoomed(camera, message.factor, (message.x, message.y), size)
+        if message.projection == "orthographic":
+            return moves.orthographic(camera, size)
+        fov = self.subject.at(self._frame).camera.fov or FOV
+        return moves.perspective(camera, fov, size)

@@ -1,0 +1,116 @@
+"""Which picture is due, at made-up times."""
+
+import pytest
+
+from clrt.viewer.schedule import AHEAD, BUDGET, FLUENT, REST, SCALES, Schedule, Task
+
+
+def moving(schedule: Schedule, now: float) -> Task:
+    schedule.change(now, 1)
+    task = schedule.next(now)
+    assert isinstance(task, Task)
+    assert task.moves
+    return task
+
+
+def test_nothing_is_due_at_first() -> None:
+    assert Schedule().next(0.0) is None
+
+
+def test_samples_at_rest() -> None:
+    schedule = Schedule()
+    schedule.change(5.0, 64)
+    first = schedule.next(5.0)
+    assert first == Task(1, 1, SCALES[2], moves=True)
+    schedule.show(1, 5.01, 0.0)
+    assert schedule.next(5.05) == pytest.approx(REST - 0.05)
+    found = []
+    for number in range(2, 6):
+        task = schedule.next(5.0 + REST + number)
+        assert isinstance(task, Task)
+        found.append((task.samples, task.scale, task.is_final))
+        schedule.show(number, 5.0 + REST + number, 0.0)
+    assert found == [(1, 1, False), (4, 1, False), (16, 1, False), (64, 1, True)]
+    assert schedule.next(100.0) is None
+
+
+@pytest.mark.parametrize(("samples", "expected"), [(1, [1]), (4, [1, 4]), (10, [1, 2, 10])])
+def test_each_has_more_samples(samples: int, expected: list[int]) -> None:
+    schedule = Schedule()
+    schedule.change(0.0, samples)
+    found = []
+    while isinstance(task := schedule.next(10.0), Task):
+        schedule.show(task.number, 10.0, 0.0)
+        found += [task.samples] * (not task.moves)
+    assert found == expected
+
+
+def test_the_page_is_waited_for() -> None:
+    schedule = Schedule()
+    for _ in range(AHEAD):
+        last = moving(schedule, 0.0)
+    schedule.change(0.0, 1)
+    assert schedule.next(0.0) is None
+    schedule.show(last.number, 0.1, 0.0)
+    schedule.show(last.number, 0.1, 0.0)  # said twice
+    schedule.show(99, 0.1, 0.0)  # of none
+    assert isinstance(schedule.next(0.1), Task)
+    assert schedule.next(0.1) is None
+
+
+def test_a_change_starts_anew() -> None:
+    schedule = Schedule()
+    schedule.show(moving(schedule, 0.0).number, 0.0, 0.0)
+    schedule.change(0.0, 16)
+    schedule.next(0.0)
+    still = schedule.next(1.0)
+    assert isinstance(still, Task)
+    assert still.samples == 1
+    schedule.change(1.0, 16)
+    schedule.drop(still)  # it was stopped
+    again = schedule.next(1.0)
+    assert isinstance(again, Task)
+    assert again.moves
+
+
+def test_what_was_dropped_for_others_is_due_again() -> None:
+    schedule = Schedule()
+    schedule.change(0.0, 4)
+    schedule.next(0.0)
+    still = schedule.next(1.0)
+    assert isinstance(still, Task)
+    schedule.drop(still)
+    again = schedule.next(1.0)
+    assert isinstance(again, Task)
+    assert again == still._replace(number=again.number)
+
+
+def test_what_cannot_be_made_is_not_tried_again() -> None:
+    schedule = Schedule()
+    schedule.give_up(moving(schedule, 0.0))
+    assert schedule.next(10.0) is None
+    moving(schedule, 20.0)
+
+
+@pytest.mark.parametrize("seconds", [1e-9, 1e-8, 4e-8, 2e-7, 1e-6])
+def test_pictures_are_as_large_as_is_fluent(seconds: float) -> None:
+    """Of a renderer that takes so long a pixel of 1920x1080, and 3 ms beside."""
+    schedule, now = Schedule(), 0.0
+    for _ in range(30):
+        task = moving(schedule, now)
+        busy = seconds * task.scale**2 * 1920 * 1080
+        now += busy + 0.003
+        schedule.show(task.number, now, busy)
+    assert busy <= BUDGET or task.scale == SCALES[-1]
+    larger = [scale for scale in SCALES if scale > task.scale]
+    if larger:  # would take too long
+        assert seconds * larger[-1] ** 2 * 1920 * 1080 > BUDGET / 1.3
+
+
+def test_a_slow_line_gets_small_pictures() -> None:
+    schedule, now = Schedule(), 0.0
+    for _ in range(30):
+        task = moving(schedule, now)
+        now += 1.0 * task.scale**2
+        schedule.show(task.number, now, 0.001)
+    assert task.scale**2 <= AHEAD * FLUENT

@@ -1,0 +1,153 @@
+"""What a page says, and what it sees then."""
+
+import json
+import math
+import shlex
+import tomllib
+
+import msgspec
+import pytest
+from msgspec.structs import replace
+
+import clrt
+from clrt import moves
+from clrt.files.scenefile import parse_camera
+from clrt.viewer.session import FOV, MESSAGES, Session
+from clrt.viewer.subject import Subject, described, of_scene
+
+FOUR = of_scene("four-spheres")
+START = clrt.load_scene("four-spheres").camera
+
+
+def session(*messages: dict, subject: Subject = FOUR, samples: int | None = None) -> Session:
+    found = Session(subject, samples)
+    for message in ({"do": "resize", "width": 90, "height": 45}, *messages):
+        found.change(MESSAGES.decode(json.dumps(message)))
+    return found
+
+
+def camera(*messages: dict) -> clrt.Camera:
+    return session(*messages).scene.camera
+
+
+def test_nothing_is_due_before_the_size_is_known() -> None:
+    assert Session(FOUR).shot is None
+    shot = session().shot
+    assert shot is not None
+    assert (shot.size, shot.scene) == ((90, 45), clrt.load_scene("four-spheres"))
+
+
+def test_a_drag_to_the_right_shows_the_left_side() -> None:
+    """Half the height is a quarter turn."""
+    x, y, z = camera({"do": "turn", "x": 22.5, "y": 0}).position
+    assert (x, y, z) == pytest.approx((-1, 0, 0), abs=1e-12)
+    x, y, z = camera({"do": "turn", "x": 0, "y": 45 / 6}).position
+    assert (x, y, z) == pytest.approx((0, 0.5, math.sqrt(0.75)), abs=1e-12)
+
+
+def test_moves_are_those_of_the_camera() -> None:
+    size = 90, 45
+    assert camera({"do": "pan", "x": 3, "y": -4.5}) == moves.panned(START, 3, -4.5, size)
+    zoom = {"do": "zoom", "factor": 2, "x": 80, "y": 1}
+    assert camera(zoom) == moves.zoomed(START, 2, (80, 1), size)
+    straight = camera({"do": "project", "projection": "orthographic"})
+    assert straight == moves.orthographic(START, size)
+    both = [{"do": "project", "projection": p} for p in ("orthographic", "perspective")]
+    assert camera(*both).fov == START.fov == 90
+    assert camera(zoom, {"do": "reset"}) == START
+
+
+def test_a_scene_that_is_orthographic_gets_a_field_of_view() -> None:
+    scene = replace(clrt.load_scene("four-spheres"), camera=moves.orthographic(START, (90, 45)))
+    subject = Subject(("x",), lambda frame: scene)
+    message = {"do": "project", "projection": "perspective"}
+    assert session(message, subject=subject).scene.camera.fov == FOV
+
+
+def test_a_camera_that_cannot_be_leaves_that_which_is() -> None:
+    closer = [{"do": "zoom", "factor": 100, "x": 80, "y": 1}] * 200
+    found = camera(*closer)
+    assert math.dist(found.position, found.look_at) > 0
+    assert camera(*closer, {"do": "reset"}) == START
+    farther = [{"do": "zoom", "factor": 0.01, "x": 80, "y": 1}] * 200
+    assert all(map(math.isfinite, camera(*farther).position))
+
+
+def test_samples() -> None:
+    assert session(samples=9).scene.samples == 9
+    assert session({"do": "sample", "samples": 64}).scene.samples == 64
+    reset = session({"do": "sample", "samples": 64}, {"do": "reset"}, samples=9)
+    assert reset.scene.samples == 9
+
+
+def test_frames() -> None:
+    subject = of_scene("orbit")
+    assert (subject.frames, subject.fps) == (120, 30)
+    found = session({"do": "sample", "samples": 4}, {"do": "frame", "frame": 30}, subject=subject)
+    expected = clrt.animation.camera_at(clrt.load_scene("orbit"), 30)
+    assert found.scene.camera == expected
+    assert (found.scene.samples, found.state["frame"]) == (4, 30)
+    found.change(MESSAGES.decode(b'{"do": "frame", "frame": 1000}'))
+    assert found.state["frame"] == 119
+    # Its keys have a fov, which an orthographic camera has not.
+    found.change(MESSAGES.decode(b'{"do": "project", "projection": "orthographic"}'))
+    assert found.scene.camera.orthographic
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        [],
+        [{"do": "turn", "x": 1.7, "y": 3.1}, {"do": "sample", "samples": 4}],
+        [{"do": "project", "projection": "orthographic"}, {"do": "pan", "x": 1e-9, "y": 3e4}],
+    ],
+)
+def test_the_command_and_toml_say_what_is_seen(messages: list[dict]) -> None:
+    subject = of_scene("four-spheres", ["--precision", "double"])
+    shot = session(*messages, subject=subject).shot
+    assert shot is not None
+    words = shlex.split(shot.command)
+    samples = str(shot.scene.samples)
+    expected = "clrt render four-spheres --precision double --width 90 --height 45 --samples"
+    assert words[:-1] == [*expected.split(), samples, "--camera"]
+    assert parse_camera(words[-1]) == shot.scene.camera
+    tables = tomllib.loads(shot.toml)
+    assert msgspec.convert(tables.pop("camera"), clrt.Camera) == shot.scene.camera
+    assert tables == {"samples": shot.scene.samples}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nonsense",
+        "[]",
+        "{}",
+        '{"do": "fly"}',
+        '{"do": "turn", "x": 1}',
+        '{"do": "turn", "x": 1e999, "y": 0}',
+        '{"do": "turn", "x": NaN, "y": 0}',
+        '{"do": "turn", "x": 1e9, "y": 0}',
+        '{"do": "turn", "x": "1", "y": 0}',
+        '{"do": "turn", "x": 1, "y": 0, "z": 0}',
+        '{"do": "resize", "width": 0, "height": 5}',
+        '{"do": "resize", "width": 100000, "height": 5}',
+        '{"do": "zoom", "factor": 0, "x": 0, "y": 0}',
+        '{"do": "pick", "x": -1, "y": 0}',
+        '{"do": "sample", "samples": 100000}',
+        '{"do": "frame", "frame": -1}',
+        '{"do": "project", "projection": "fisheye"}',
+        "[" * 100_000,
+    ],
+    ids=lambda text: text[:50],
+)
+def test_nonsense(text: str) -> None:
+    with pytest.raises((msgspec.DecodeError, RecursionError)):
+        MESSAGES.decode(text)
+
+
+def test_what_is_known_of_a_sphere() -> None:
+    scene = clrt.load_scene("four-spheres")
+    first = scene.spheres[0]
+    expected = {"index": 0, "position": first.center, "radius": first.radius, "material": "red"}
+    assert described(scene, 0) == expected
+    assert described(scene, -1) is None
