@@ -2,7 +2,18 @@
 
 import click
 
-from benchmarks import accuracy, animation, features, many, peers, readme, scale, speed, targets
+from benchmarks import (
+    accuracy,
+    animation,
+    features,
+    many,
+    peers,
+    readme,
+    samples,
+    scale,
+    speed,
+    targets,
+)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -23,6 +34,7 @@ main.add_command(features.command)
 main.add_command(many.command)
 main.add_command(peers.command)
 main.add_command(readme.command)
+main.add_command(samples.command)
 main.add_command(scale.command)
 main.add_command(speed.command)
 main.add_command(targets.command)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import clrt
-from benchmarks import harness, povray_peer
+from benchmarks import harness, ovito_peer, povray_peer
 from clrt import pack
 from clrt.opencl.tree import Tree
 from clrt.renderer import Renderer
@@ -39,7 +39,7 @@ HEAD = (
 LINEAR_TO = 1000  # spheres that are also timed without a tree
 
 SCRIPT = """
-import re, sys
+import sys
 import numpy as np, clrt
 data = np.load(sys.argv[1])
 spheres = clrt.Spheres(data["center"], data["radius"], "atom")
@@ -47,32 +47,12 @@ atom = clrt.Material((0.1, 0.1, 0.1), (0.6, 0.6, 0.6), (0.3, 0.3, 0.3), 100)
 camera, light = clrt.Camera((0, 0, 1), (0, 0, 0)), clrt.Light((5, 5, 5))
 scene = clrt.Scene(camera, (light,), {"atom": atom}, spheres)
 clrt.save(sys.argv[2], clrt.render(scene, 1920, 1080, dtype="uint8"))
-print(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
 """
 
 
-# The same atoms and view in OVITO, one sample a pixel.
-OVITO = """
-import re, sys
-import numpy as np
-from ovito.data import DataCollection
-from ovito.pipeline import Pipeline, StaticSource
-from ovito.vis import OSPRayRenderer, TachyonRenderer, Viewport
-data = np.load(sys.argv[1])
-collection = DataCollection()
-particles = collection.create_particles(count=len(data["center"]))
-particles.create_property("Position", data=data["center"])
-particles.create_property("Radius", data=data["radius"])
-Pipeline(source=StaticSource(data=collection)).add_to_scene()
-viewport = Viewport(type=Viewport.Type.Perspective, fov=2 * np.arctan(9 / 16))  # upright
-viewport.camera_pos, viewport.camera_dir = (0, 0, 1), (0, 0, -1)
-renderer = {
-    "Tachyon": lambda: TachyonRenderer(antialiasing=False, ambient_occlusion=False),
-    "OSPRay": lambda: OSPRayRenderer(
-        samples_per_pixel=1, refinement_iterations=1, denoising_enabled=False
-    ),
-}[sys.argv[3]]()
-viewport.render_image(size=(1920, 1080), filename=sys.argv[2], renderer=renderer)
+# What run_script() adds to each script.
+PEAK = """
+import re
 print(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
 """
 
@@ -243,20 +223,24 @@ def crossing(figures: list[dict[str, Any]], kind: str, depth: int) -> float:
 def whole_script(turns: int) -> list[dict[str, Any]]:
     """From a file of atoms to a PNG, 1920x1080, as a script that is run again, one after the other
     with OVITO's if it is installed."""
-    others = ["Tachyon", "OSPRay"] if importlib.util.find_spec("ovito") else []
+    others = list(ovito_peer.ONE_SAMPLE) if importlib.util.find_spec("ovito") else []
     found = []
     for n in (10**5, 10**6, 10**7):
         with tempfile.TemporaryDirectory() as folder:
             spheres = molecule(n).astype(np.float32)
             path = Path(folder) / "atoms.npz"
             np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
-            files = (str(path), f"{folder}/a.png")
-            scripts: dict[str, tuple[str, ...]] = {"clrt": (SCRIPT, *files)}
+            picture = Path(folder) / "a.png"
+            scripts: dict[str, tuple[str, ...]] = {"clrt": (SCRIPT, str(path), str(picture))}
+            theirs = {
+                other: ovito_peer.words(path, picture, other, ovito_peer.ONE_SAMPLE[other])
+                for other in others
+            }
             if n <= 10**6:
-                scripts |= {f"OVITO, {other}": (OVITO, *files, other) for other in others}
+                scripts |= {f"OVITO, {other}": words for other, words in theirs.items()}
             for other in list(others) if n == 10**5 else ():
                 try:
-                    run_script((OVITO, *files, other), [])
+                    run_script(theirs[other], [])
                 except subprocess.CalledProcessError as error:  # it wants Vulkan, for one
                     print(f"OVITO does not work: {error.stderr.strip()[:300]}", file=sys.stderr)
                     others.remove(other)
@@ -271,11 +255,14 @@ def whole_script(turns: int) -> list[dict[str, Any]]:
     return found
 
 
-def run_script(words: Sequence[str], peaks: list[float]) -> float:
-    """The seconds of a script, which prints its peak of memory, in kB, as its last word."""
+def run_script(
+    words: Sequence[str], peaks: list[float], python: str | Path = sys.executable
+) -> float:
+    """The seconds that a script takes, with its arguments. peaks gets its peak of memory, MB."""
+    script, *arguments = words
     started = time.perf_counter()
     done = subprocess.run(
-        [sys.executable, "-c", *words], capture_output=True, text=True, check=True
+        [python, "-c", script + PEAK, *arguments], capture_output=True, text=True, check=True
     )
     taken = time.perf_counter() - started
     peaks.append(float(done.stdout.split()[-1]) / 1e3)

@@ -1,0 +1,57 @@
+"""OVITO's renderers, where it is installed: the atoms of a file, as many.molecule() has them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+# Its arguments: words().
+SCRIPT = """
+import json, sys
+import numpy as np
+from ovito.data import DataCollection
+from ovito.pipeline import Pipeline, StaticSource
+from ovito.vis import OSPRayRenderer, TachyonRenderer, Viewport
+data = np.load(sys.argv[1])
+center, radius = data["center"], data["radius"]
+collection = DataCollection()
+particles = collection.create_particles(count=len(center))
+particles.create_property("Position", data=center)
+particles.create_property("Radius", data=radius)
+particles.create_property("Color", data=np.full((len(center), 3), float(sys.argv[5])))
+Pipeline(source=StaticSource(data=collection)).add_to_scene()
+width, height, whole = map(int, sys.argv[6:])
+fov = 2 * np.arctan(9 / 16 * height / whole)  # upright
+viewport = Viewport(type=Viewport.Type.Perspective, fov=fov)
+viewport.camera_pos, viewport.camera_dir = (0, 0, 1), (0, 0, -1)
+kinds = {"Tachyon": TachyonRenderer, "OSPRay": OSPRayRenderer}
+viewport.render_image(
+    size=(width, height), filename=sys.argv[2], background=(0, 0, 0),
+    renderer=kinds[sys.argv[3]](**json.loads(sys.argv[4])),
+)
+"""
+
+ONE_SAMPLE: dict[str, dict[str, Any]] = {
+    "Tachyon": {"antialiasing": False, "ambient_occlusion": False},
+    "OSPRay": {"samples_per_pixel": 1, "refinement_iterations": 1, "denoising_enabled": False},
+}
+
+
+def words(
+    atoms: Path,
+    picture: Path,
+    renderer: str,
+    options: dict[str, Any],
+    size: tuple[int, int] = (1920, 1080),
+    whole: int = 1080,
+    albedo: float = 0.7,
+) -> tuple[str, ...]:
+    """A script and its arguments: the middle of a picture of `whole` rows.
+
+    Args:
+        atoms: .npz with `center` and `radius`.
+        renderer, options: a key of ONE_SAMPLE and keywords of OVITO's class of that name.
+        size: of what is rendered, columns and rows.
+        albedo: of all atoms, grey.
+    """
+    numbers = (albedo, *size, whole)
+    return SCRIPT, str(atoms), str(picture), renderer, json.dumps(options), *map(str, numbers)

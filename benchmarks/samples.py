@@ -1,0 +1,436 @@
+"""Error beside time: of antialiasing, of each thing that takes many rays, and of 10^5 atoms.
+
+Every picture is compared with a converged one of the same scene: TRUTH samples at other points, in
+all pixels, however like they are.
+"""
+
+import re
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import click
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+import clrt
+from benchmarks import features, harness, many, ovito_peer
+from clrt import metrics, pack, samples
+from clrt.files.image import load
+from clrt.opencl import bands, edges, program
+from clrt.renderer import Region, Renderer
+from clrt.scene import Scene
+
+Array = NDArray[Any]
+Size = tuple[int, int]
+Figures = dict[str, Any]
+
+TRUTH = 4096
+ADAPTIVE = (1, 4, 8, 16, 32, 64, 128, 256, 512)
+UNIFORM = (16, 64, 256)
+EFFECTS = (1, 4, 16, 64, 256)
+ATOMS = (4, 6, 8, 16, 64)
+PLOT = Path(__file__).parents[1] / "docs" / "samples.webp"
+
+SUN = features.SUN
+BASE = replace(features.BASE, shadow_bias=0.0)
+ROUND = replace(SUN, radius=0.8)
+SKY = clrt.AmbientLight((3, 3, 3), occlusion=True)  # the materials' ambient is 0.1
+LENS = replace(BASE.camera, aperture_radius=0.05, focus_distance=1.2)
+ROUGH = {name: replace(m, roughness=0.2) for name, m in BASE.materials.items()}
+# A lens that blurs nothing, beside which round lights are sampled.
+NO_LENS = replace(LENS, aperture_radius=1e-9)
+SOFT, SAMPLED = "soft shadow, closed form", "soft shadow, sampled"
+SCENES = {
+    "hard shadow": BASE,
+    SOFT: replace(BASE, lights=(ROUND,)),
+    SAMPLED: replace(BASE, lights=(ROUND,), camera=NO_LENS),
+    "occlusion": replace(BASE, lights=(SUN, SKY)),
+    "lens": replace(BASE, camera=LENS),
+    "rough mirrors": replace(BASE, materials=ROUGH),
+    "indirect light": replace(BASE, indirect=True),
+    "all together": replace(
+        BASE, lights=(ROUND, SKY), camera=LENS, materials=ROUGH, indirect=True
+    ),
+}  # fmt: skip
+
+# OVITO's: Tachyon's light, sky and the part of the sky that is not hidden, with occlusion on.
+SHINES, SKY_SHINES, ALWAYS = 0.8 * 0.9 * 0.2, 0.8 * 0.8, 0.3
+ALBEDO = 0.7
+SCRIPT = """
+import sys
+import numpy as np, clrt
+from benchmarks.samples import atoms
+scene = atoms(np.load(sys.argv[1]), int(sys.argv[3]))
+clrt.save(sys.argv[2], clrt.render(scene, 1920, 1080, dtype="uint8"))
+"""
+OVITO: dict[str, Figures] = {
+    "Tachyon": {"antialiasing_samples": 12, "ambient_occlusion_samples": 12},
+    "OSPRay": {"samples_per_pixel": 8, "refinement_iterations": 4, "denoising_enabled": True},
+}
+CONVERGED: dict[str, Figures] = {
+    "Tachyon": {"antialiasing_samples": 100, "ambient_occlusion_samples": 100},
+    "OSPRay": {"samples_per_pixel": 32, "refinement_iterations": 16, "denoising_enabled": False},
+}
+
+
+@click.command("samples")
+@click.option("--ovito", type=click.Path(exists=True, path_type=Path), metavar="PYTHON",
+              help="A Python that has ovito, which then renders the atoms as well.")  # fmt: skip
+@click.pass_obj
+def command(quick: bool, ovito: Path | None) -> None:
+    """Times samples from 1 to 512, and says how far each picture is from the converged one."""
+    size = (240, 135) if quick else (1920, 1080)
+    with Renderer() as renderer:
+        found = {
+            "size": size,
+            "antialiasing": antialiasing(renderer, size, quick),
+            "effects": effects(renderer, size, quick),
+            "closed_form": closed_form(renderer, size, quick),
+            "atoms": atoms_beside(ovito, quick),
+        }
+    for of_what in TABLES.values():
+        print(f"\n{of_what(found)}")
+    folder = harness.results_folder(quick)
+    harness.record(folder, "samples", found)
+    plot(found, folder / PLOT.name if quick else PLOT)
+
+
+@contextmanager
+def other_points() -> Iterator[None]:
+    """Within it samples lie elsewhere, so that a picture shares none with its converged one."""
+    table = samples.table
+
+    def other(count: int, pairs: int = 1, first: int = 0) -> NDArray[np.uint32]:
+        return table(count, pairs, first + 1000)
+
+    with mock.patch.object(samples, "table", other):
+        yield
+
+
+class Uniform:
+    """Renders all pixels with as many samples as the scene says, at an edge or not."""
+
+    def __init__(self) -> None:
+        self.renderer = Renderer()
+        source, count = re.subn(r"(#define ENOUGH) .*", r"\1 REAL(-1.0)", program.kernel_source())
+        assert count == 1
+        self._never_enough = mock.patch.object(program, "kernel_source", return_value=source)
+
+    def render(self, scene: Scene, size: Size, region: Region | None = None) -> Array:
+        """A float32 picture or a region of it."""
+        with self._never_enough:
+            used = self.renderer._program(scene, "float", "edges")
+        arguments = self.renderer._exposer.arguments(scene, *size, used, 0.0)
+        film = np.empty((size[1], size[0], 3), np.float32)
+        unlike = np.arange(size[0] * size[1], dtype=np.uint32)  # each path but its own
+        paths = bands.upload(self.renderer._context, {"paths": unlike})["paths"]
+        left, top, right, bottom = box = region or (0, 0, *size)
+        self.renderer.kernel_seconds = edges.refine(
+            film, (0, 0), box, paths, self.renderer._queue, used[1],
+            pack.sampling(used[0], scene) | arguments,
+        )  # fmt: skip
+        return film[top:bottom, left:right]
+
+    def seconds(self, scene: Scene, size: Size) -> float:
+        """A contender's."""
+        self.render(scene, size)
+        return self.renderer.kernel_seconds
+
+
+def converged(renderer: Renderer, scene: Scene, size: Size, count: int, region: Region) -> Array:
+    scene = replace(scene, samples=count)
+    with other_points():
+        if scene.is_random:
+            return renderer.render(scene, *size, region=region)
+        return Uniform().render(scene, size, region)
+
+
+def middle(size: Size, part: int = 4) -> Region:
+    """The part of a picture that is so many times as narrow and as low."""
+    width, height = size[0] // part, size[1] // part
+    left, top = (size[0] - width) // 2, (size[1] - height) // 2
+    return left, top, left + width, top + height
+
+
+def errors(picture: Array, truth: Array) -> Figures:
+    off = metrics.difference(picture, truth)
+    return {"within": 1 - off.over_255 / off.pixels, "rmse": off.rmse}
+
+
+def timed(renderer: Renderer, scene: Scene, size: Size, kernel: list[float]) -> Callable[[], float]:
+    """A contender: the wall time of an 8-bit picture. kernel gets the kernel's times."""
+    film = np.empty((size[1], size[0], 3), np.uint8)
+
+    def run() -> None:
+        renderer.render(scene, *size, out=film)
+        kernel.append(renderer.kernel_seconds)
+
+    return harness.wall(run)
+
+
+def antialiasing(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
+    """Of four-spheres, by edges only and in all pixels."""
+    turns, count = (1, 64) if quick else (11, TRUTH)
+    truth = converged(renderer, BASE, size, count, (0, 0, *size))
+    kernels: dict[int, list[float]] = {n: [] for n in ADAPTIVE}
+    scenes = {n: replace(BASE, samples=n) for n in {*ADAPTIVE, *UNIFORM}}
+    uniform = Uniform()
+    contenders = {f"adaptive {n}": timed(renderer, scenes[n], size, kernels[n]) for n in ADAPTIVE}
+    for n in UNIFORM:
+        contenders[f"uniform {n}"] = partial(uniform.seconds, scenes[n], size)
+    seconds = harness.in_turn(contenders, turns)
+    found = []
+    for n in ADAPTIVE:
+        wall, kernel = seconds[f"adaptive {n}"], kernels[n][1:]
+        found.append({
+            "way": "adaptive", "samples": n,
+            **errors(renderer.render(scenes[n], *size), truth),
+            "kernel": harness.summary(kernel), "wall": harness.summary(wall),
+            "kernel_ratio": ratio(kernel, kernels[1][1:]),
+            "wall_ratio": ratio(wall, seconds["adaptive 1"]),
+        })  # fmt: skip
+    for n in UNIFORM:
+        kernel = seconds[f"uniform {n}"]
+        found.append({
+            "way": "uniform", "samples": n, **errors(uniform.render(scenes[n], size), truth),
+            "kernel": harness.summary(kernel), "kernel_ratio": ratio(kernel, kernels[1][1:]),
+        })  # fmt: skip
+    return found
+
+
+def ratio(mine: Sequence[float], its: Sequence[float]) -> float:
+    """The median of those of each turn."""
+    return float(np.median(np.divide(mine, its)))
+
+
+def effects(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
+    """Of four-spheres with each of SCENES: times of the picture, errors of a part of it."""
+    turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (3, TRUTH, EFFECTS)
+    scenes = {(name, n): replace(s, samples=n) for name, s in SCENES.items() for n in counts}
+    kernels: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
+    contenders = {
+        f"{name} {n}": timed(renderer, scene, size, kernels[name, n])
+        for (name, n), scene in scenes.items()
+    }
+    harness.in_turn(contenders, turns)
+    region, found = middle(size, 3), []
+    for name in SCENES:
+        truth = converged(renderer, SCENES[name], size, count, region)
+        for n in counts:
+            picture = renderer.render(scenes[name, n], *size, region=region)
+            kernel = kernels[name, n][1:]
+            found.append({
+                "name": name, "samples": n, "kernel": harness.summary(kernel),
+                "kernel_ratio": ratio(kernel, kernels["hard shadow", 1][1:]),
+                **errors(picture, truth),
+            })  # fmt: skip
+    return found
+
+
+def closed_form(renderer: Renderer, size: Size, quick: bool) -> Figures:
+    """Of a round light: the whole picture against that of many samples of the light, all at the
+    middle of the pixels, so that nothing but the shadow differs."""
+    kernels: dict[str, list[float]] = {"hard shadow": [], SOFT: []}
+    contenders = {n: timed(renderer, SCENES[n], size, kernel) for n, kernel in kernels.items()}
+    wall = harness.in_turn(contenders, 1 if quick else 11)
+    count = 64 if quick else TRUTH // 4
+    with mock.patch.object(samples, "offsets", lambda count: np.zeros((count, 2))):
+        truth = converged(renderer, SCENES[SAMPLED], size, count, (0, 0, *size))
+    return {
+        **errors(renderer.render(SCENES[SOFT], *size), truth),
+        "kernel": harness.summary(kernels[SOFT][1:]),
+        "kernel_ratio": ratio(kernels[SOFT][1:], kernels["hard shadow"][1:]),
+        "wall_ratio": ratio(wall[SOFT], wall["hard shadow"]),
+    }  # fmt: skip
+
+
+def atoms(data: Any, count: int, albedo: float = ALBEDO) -> Scene:
+    """Atoms of .npz in OVITO's light, but that it is 10 degrees wide, as OSPRay's is."""
+    color = (albedo,) * 3
+    lights = (
+        clrt.AmbientLight((ALWAYS,) * 3),
+        clrt.AmbientLight((SKY_SHINES,) * 3, occlusion=True),
+        clrt.DirectionalLight(
+            (0.2, -0.2, -1), ambient=(0, 0, 0), diffuse=(SHINES,) * 3, half_angle=5
+        ),
+    )
+    return clrt.Scene(
+        clrt.Camera((0, 0, 1), (0, 0, 0)),
+        lights,
+        {"atom": clrt.Material(color, color, (0, 0, 0))},
+        clrt.Spheres(data["center"], data["radius"], "atom"),
+        max_depth=1,
+        samples=count,
+    )
+
+
+def atoms_beside(ovito: Path | None, quick: bool) -> list[Figures]:
+    """The whole command, from a file of atoms to a PNG of 1920x1080. Errors are of its middle, of
+    the mean of red, green and blue, as parts of the converged picture's mean."""
+    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, ATOMS, 2, TRUTH)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "atoms.npz"
+        spheres = many.molecule(number).astype(np.float32)
+        np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
+        data = dict(np.load(path))
+        pictures = {n: Path(folder) / f"{n}.png" for n in map(str, (*counts, *OVITO))}
+        contenders: dict[str, Callable[[], float]] = {}
+        for n in counts:
+            words = SCRIPT, str(path), str(pictures[str(n)]), str(n)
+            contenders[str(n)] = partial(many.run_script, words, [])
+        for name in OVITO if ovito else ():
+            words = ovito_peer.words(path, pictures[name], name, OVITO[name])
+            contenders[name] = partial(many.run_script, words, [], ovito)
+        seconds = harness.in_turn(contenders, turns)
+        found = []
+        with Renderer() as renderer:
+            region = middle((1920, 1080))
+            truth = converged(renderer, atoms(data, count), (1920, 1080), count, region)
+            for n in counts:
+                scene, kernel = atoms(data, n), []
+                harness.in_turn({"": timed(renderer, scene, (1920, 1080), kernel)}, turns)
+                found.append({
+                    "name": "clrt", "samples": n, "kernel": harness.summary(kernel[1:]),
+                    "wall": harness.summary(seconds[str(n)]),
+                    **relative(pictures[str(n)], grey(truth), region),
+                })  # fmt: skip
+        for name in OVITO if ovito else ():
+            best = Path(folder) / "converged.png"
+            size = region[2] - region[0], region[3] - region[1]
+            words = ovito_peer.words(path, best, name, CONVERGED[name], size)
+            many.run_script(words, [], ovito or "")
+            found.append({
+                "name": name, "options": OVITO[name], "converged": CONVERGED[name],
+                "wall": harness.summary(seconds[name]),
+                "ratios": {str(n): ratio(seconds[name], seconds[str(n)]) for n in counts},
+                **relative(pictures[name], grey(load(best)), region),
+            })  # fmt: skip
+    return found
+
+
+def grey(picture: Array) -> Array:
+    """The mean of red, green and blue, float64."""
+    mean: Array = picture[..., :3].mean(axis=2, dtype=np.float64)
+    return mean
+
+
+def relative(picture: Path, truth: Array, region: Region) -> Figures:
+    """Errors of a picture's region, as parts of what the converged one has there."""
+    left, top, right, bottom = region
+    off = grey(load(picture))[top:bottom, left:right] - truth
+    rmse = float(np.sqrt((off**2).mean()))
+    return {"of_mean": rmse / float(truth.mean()), "of_deviation": rmse / float(truth.std())}
+
+
+def antialiasing_table(figures: Figures) -> str:
+    """What docs/samples.md shows, as the other tables."""
+    head = (f"four-spheres, {'x'.join(map(str, figures['size']))}", "kernel, ms", "spread",
+            "x one sample", "wall, ms", "x one sample", "within 1/255", "rmse x 255")  # fmt: skip
+    rows = []
+    for f in figures["antialiasing"]:
+        wall = [ms(f["wall"]["median"]), f"{f['wall_ratio']:.2f}"] if "wall" in f else ["", ""]
+        rows.append((f"{f['way']}, samples = {f['samples']}", ms(f["kernel"]["median"]),
+                     spread(f["kernel"]), f"{f['kernel_ratio']:.2f}", *wall,
+                     f"{100 * f['within']:.3f} %", f"{255 * f['rmse']:.3f}"))  # fmt: skip
+    return harness.table(head, rows)
+
+
+def effects_table(figures: Figures) -> str:
+    found = figures["effects"]
+    counts = list(dict.fromkeys(f["samples"] for f in found))
+    rows = []
+    for name in dict.fromkeys(f["name"] for f in found):
+        cells = [f"{ms(f['kernel']['median'])} / {255 * f['rmse']:.2f}"
+                 for f in found if f["name"] == name]  # fmt: skip
+        rows.append((name, *cells))
+    size = "x".join(map(str, figures["size"]))
+    head = (f"four-spheres, {size}: ms / rmse x 255", *(f"samples = {n}" for n in counts))
+    soft = figures["closed_form"]
+    return (
+        f"{harness.table(head, rows)}\n\n"
+        f"The closed form takes {soft['kernel_ratio']:.2f} x the kernel time of a hard shadow and "
+        f"{soft['wall_ratio']:.2f} x its\nwall time; it is off the sampled shadow by "
+        f"{255 * soft['rmse']:.2f}/255 (rmse of the whole picture)."
+    )
+
+
+def atoms_table(figures: Figures) -> str:
+    rows = []
+    found = figures["atoms"]
+    for f in found:
+        label = f"clrt, samples = {f['samples']}" if f["name"] == "clrt" else f"OVITO, {f['name']}"
+        kernel = f"{f['kernel']['median']:.2f}" if "kernel" in f else ""
+        wall = f["wall"]
+        rows.append((label, f"{wall['median']:.2f}", f"{wall['min']:.2f}-{wall['max']:.2f}",
+                     kernel, f"{100 * f['of_mean']:.1f} %",
+                     f"{100 * f['of_deviation']:.0f} %"))  # fmt: skip
+    head = ("atoms to .png, 1920x1080", "command, s", "spread", "kernel, s", "rmse / mean",
+            "rmse / deviation")  # fmt: skip
+    return "\n\n".join([harness.table(head, rows), *map(partial(beside, found), found)]).rstrip()
+
+
+def beside(found: list[Figures], peer: Figures) -> str:
+    """How much sooner clrt has a picture that is off by no more, in each measure."""
+    if peer["name"] == "clrt":
+        return ""
+    said = []
+    for measure in ("of_mean", "of_deviation"):
+        enough = [f["samples"] for f in found
+                  if f["name"] == "clrt" and f[measure] <= peer[measure]]  # fmt: skip
+        if enough:
+            said.append(f"{peer['ratios'][str(min(enough))]:.1f} x (samples = {min(enough)})")
+    by = " by the mean, ".join(said) + " by the deviation" if len(said) == 2 else "unknown"
+    return f"OVITO's {peer['name']} takes, at no less error, {by}, as long as clrt."
+
+
+def ms(seconds: float) -> str:
+    return f"{1e3 * seconds:,.1f}"
+
+
+def spread(times: Figures) -> str:
+    return f"{ms(times['min'])}-{ms(times['max'])}"
+
+
+TABLES: dict[str, Callable[[Figures], str]] = {
+    "samples-antialiasing": antialiasing_table,
+    "samples-effects": effects_table,
+    "samples-atoms": atoms_table,
+}
+"""By the name between the markers of docs/samples.md."""
+
+
+def plot(figures: Figures, path: Path) -> None:
+    """Error against time, both logarithmic: antialiasing, effects and atoms."""
+    drawn, (left, centre, right) = harness.figure(3)
+    drawn.set_size_inches(15, 5)
+    for way, style in (("adaptive", "o-"), ("uniform", "s:")):
+        rows = [f for f in figures["antialiasing"] if f["way"] == way]
+        curve(left, rows, [1e3 * f["kernel"]["median"] for f in rows], "rmse", style, way)
+    for name in SCENES:
+        rows = [f for f in figures["effects"] if f["name"] == name]
+        curve(centre, rows, [1e3 * f["kernel"]["median"] for f in rows], "rmse", "o-", name)
+    for name in dict.fromkeys(f["name"] for f in figures["atoms"]):
+        rows = [f for f in figures["atoms"] if f["name"] == name]
+        label = name if name == "clrt" else f"OVITO, {name}"
+        curve(right, rows, [f["wall"]["median"] for f in rows], "of_mean", "o-", label)
+    left.set(title="four-spheres: antialiasing", xlabel="kernel, ms", ylabel="rmse")
+    centre.set(title="four-spheres: one thing each", xlabel="kernel, ms")
+    right.set(title="100,000 atoms", xlabel="whole command, s", ylabel="rmse / mean")
+    drawn.savefig(path, dpi=80)
+    print(f"{path}: written")
+
+
+def curve(
+    axes: Any, rows: list[Figures], times: list[float], error: str, style: str, label: str
+) -> None:
+    axes.loglog(times, [f[error] for f in rows], style, label=label)
+    for time, f in zip(times, rows, strict=True):
+        if "samples" in f:
+            axes.annotate(str(f["samples"]), (time, f[error]), fontsize=7)
+    axes.legend(fontsize=7)
