@@ -126,8 +126,11 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         sum = sum_of(sum, block);
         count += PICK(going, end - start, 0);
 #ifdef RANDOM
-        // That no sample has met what is rare is no sign that it is not there.
+        // That no sample has met what is rare is no sign that it is not there. Where there is nothing
+        // to see nothing is rare, but for a lens.
+#ifndef LENS
         going &= sum.alpha > 0;
+#endif
 #else
         Vector range = minus(high, low);
         going &= larger(range.x, larger(range.y, range.z)) > range_that_is_enough(end);

@@ -17,6 +17,22 @@ LAYERS = (
     ),
     (
         *("pack", "opencl.device", "files.numbered", "decor.panel", "decor.cell", "moves"),
+        *("files.particles.columns", "files.particles.trajectory"),
+    ),
+    (
+        *("opencl.program", "opencl.bands", "opencl.tree", "files.video", "decor.decorations"),
+        *(f"files.particles.{name}" for name in ("arrays", "csv", "ply", "xyz", "lammps")),
+        *(f"files.particles.{name}" for name in ("molecules", "hoomd")),
+    ),
+    ("opencl.edges", "files.particles.objects"),
+    ("exposer", "files.particles.reader"),
+    ("trial",),
+    ("renderer",),
+    ("animation",),
+    ("cluster", "viewer.subject", "viewer.schedule"),
+    ("viewer.session",),
+    ("viewer.painter",),
+    ("viewer.server",),
     ("cli",),
     ("__main__",),
 )
