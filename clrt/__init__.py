@@ -26,8 +26,11 @@ if TYPE_CHECKING:
     from clrt.files.image import save
     from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
+    from clrt.files.scenewriter import save_scene
     from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+    from clrt.particlefile import ParticleFile
     from clrt.particles import Particles
+    from clrt.picture import Picture, plot
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
     from clrt.spheres import Sphere, Spheres
@@ -49,7 +52,9 @@ _HOMES = {
     ),
     "clrt.files.image": ("save",),
     "clrt.files.particles.reader": ("read", "read_frames"),
+    "clrt.particlefile": ("ParticleFile",),
     "clrt.particles": ("Particles",),
+    "clrt.picture": ("Picture", "plot"),
     "clrt.reference": ("reference",),
     "clrt.renderer": ("Renderer", "render"),
     "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
@@ -65,6 +70,7 @@ _HOMES = {
     ),
     "clrt.spheres": ("Sphere", "Spheres"),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
+    "clrt.files.scenewriter": ("save_scene",),
 }
 
 __all__ = [
@@ -82,8 +88,10 @@ __all__ = [
     "Light",
     "Material",
     "OutputError",
+    "ParticleFile",
     "ParticleWarning",
     "Particles",
+    "Picture",
     "PointLight",
     "Renderer",
     "RequestError",
@@ -96,12 +104,14 @@ __all__ = [
     "animate",
     "builtin_scenes",
     "load_scene",
+    "plot",
     "read",
     "read_frames",
     "reference",
     "render",
     "render_frame",
     "save",
+    "save_scene",
 ]
 
 

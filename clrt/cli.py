@@ -2,13 +2,12 @@
 
 import math
 import os
-import re
 import resource
 import shlex
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -16,6 +15,15 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import click
 
 from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
+from clrt.options import (
+    camera_keys,
+    color,
+    frame_options,
+    only_for_particles,
+    particle_options,
+    rendering_options,
+    shard_of,
+)
 
 if TYPE_CHECKING:
     from msgspec import Struct
@@ -141,72 +149,6 @@ def main() -> None:
     """
 
 
-RENDERING_OPTIONS = (
-    click.option(
-        "--samples",
-        type=click.IntRange(min=1),
-        metavar="N",
-        help="The most that a pixel gets; default: the scene's.",
-    ),
-    click.option(
-        "--precision",
-        type=click.Choice(["robust", "literal", "double"]),
-        default="robust",
-        show_default=True,
-        help="robust: float32; literal: float32, the paper's formula; double: float64.",
-    ),
-    click.option(
-        "--lanes",
-        type=click.Choice(["1", "2", "4", "8", "16"]),
-        callback=lambda context, option, text: text and int(text),
-        help="Pixels traced in lock step; default: what suits the device.",
-    ),
-    click.option(
-        "--device",
-        metavar="TEXT",
-        help="Part of a device's or platform's name, see 'clrt devices'.",
-    ),
-    click.option(
-        "--threads",
-        type=click.IntRange(min=1, max=1024),
-        metavar="N",
-        help="Threads of PoCL; default: all cores.",
-    ),
-    click.option("-q", "--quiet", is_flag=True, help="Print errors only."),
-)
-
-
-def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What `render` and `animate` take alike."""
-    for option in reversed(RENDERING_OPTIONS):
-        command = option(command)
-    return command
-
-
-def _color(context: click.Context, option: click.Parameter, text: str | None) -> "Color | None":
-    """A colour's name, #rgb or #rrggbb, which are sRGB, as linear light."""
-    if text is None:
-        return None
-    from clrt.color import named
-
-    try:
-        return named(text)
-    except RequestError as error:
-        raise click.BadParameter(str(error)) from None
-
-
-def _camera(context: click.Context, option: click.Parameter, text: str | None) -> "Camera | None":
-    """The keys of a scene file's [camera], with commas between them."""
-    if text is None:
-        return None
-    from clrt.files.scenefile import parse_camera
-
-    try:
-        return parse_camera(text)
-    except SceneError as error:
-        raise click.BadParameter(str(error)) from None
-
-
 @main.command()
 @click.pass_context
 @click.argument("scene", default="four-spheres")
@@ -218,8 +160,18 @@ def _camera(context: click.Context, option: click.Parameter, text: str | None) -
     help="The picture's file; default <scene>.png here. The suffix chooses the format: "
     "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .npz .pfm .exr.",
 )
-@click.option("--width", type=click.IntRange(min=1), default=3840, show_default=True, metavar="N")
-@click.option("--height", type=click.IntRange(min=1), default=2160, show_default=True, metavar="N")
+@click.option(
+    "--width",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Default: 3840, of particles 1920.",
+)
+@click.option(
+    "--height",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Default: 2160, of particles 1080.",
+)
 @click.option(
     "--max-depth",
     type=click.IntRange(min=1),
@@ -243,14 +195,14 @@ def _camera(context: click.Context, option: click.Parameter, text: str | None) -
 @click.option(
     "--camera",
     metavar="TOML",
-    callback=_camera,
+    callback=camera_keys,
     help="In place of the scene's: keys of its table with commas between, as "
     "'position = [0, 1, 3], look_at = [0, 0, 0]'.",
 )
 @click.option(
     "--background",
     metavar="COLOR",
-    callback=_color,
+    callback=color,
     help="A name, #rgb or #rrggbb; default: the scene's.",
 )
 @click.option("--transparent", is_flag=True, help="Alpha in place of the background.")
@@ -271,13 +223,26 @@ def _camera(context: click.Context, option: click.Parameter, text: str | None) -
     help="Of a channel; 16 for .png and .tif. Default: 8, or the format's float32.",
 )
 @rendering_options
+@particle_options
+@click.option(
+    "--frame",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Of a file of particles, counted from 0; default: 0.",
+)
+@click.option(
+    "--save-scene",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Also write the scene of the particles, a .toml that draws the same picture.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Say where time and memory go.")
 def render(
     context: click.Context,
     scene: str,
     output: Path | None,
-    width: int,
-    height: int,
+    width: int | None,
+    height: int | None,
     max_depth: int | None,
     shadow_bias: float | None,
     region: "Region | None",
@@ -293,9 +258,17 @@ def render(
     device: str | None,
     threads: int | None,
     quiet: bool,
+    frame: int | None,
+    save_scene: Path | None,
     verbose: bool,
+    **drawn: Any,
 ) -> None:
-    """Renders SCENE, a built-in scene's name or a TOML file; default: four-spheres.
+    """Renders SCENE, a built-in scene's name, a TOML file or a file of particles; default:
+    four-spheres.
+
+    The options from --color to --save-scene are for files of particles: .npz .npy .csv .ply .xyz
+    .extxyz .dump .lammpstrj, and with an extra .pdb .cif .gsd. All of them are in view, at most 16
+    samples a pixel, on the sRGB curve.
 
     \b
     Examples:
@@ -306,19 +279,39 @@ def render(
       clrt render -o smooth.png --samples 64
       clrt render my.toml -o cut-out.png --transparent --transfer srgb
       clrt render my.toml -o all.exr --passes depth,normal,id
+      clrt render atoms.xyz -o atoms.png --style soft
+      clrt render flow.dump -o flow.png --frame 3 --color speed --colorbar "speed (m/s)"
     """
     started = time.perf_counter()
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
-    from clrt.files.scenefile import load_scene
+    from clrt.files.particles.suffix import is_particles
     from clrt.opencl.device import label
     from clrt.renderer import Renderer, check_passes, check_region, check_size
 
     output = output or Path(f"{Path(scene).stem}.png")
+    if has_particles := is_particles(Path(scene)):
+        width, height = width or 1920, height or 1080
+    else:
+        only_for_particles(scene, **drawn, frame=frame, save_scene=save_scene)
+        width, height = width or 3840, height or 2160
     left, top, right, bottom = check_region(region, *check_size(width, height))
     names = None if passes is None else check_passes(passes.split(","))
     check_suffix(output)
     check_apart(output, Path(scene))
-    loaded = load_scene(scene)
+    if has_particles:
+        from clrt.files import figures
+        from clrt.files.scenewriter import save_scene as write_scene
+
+        drawing = figures.look((width, height), **drawn)
+        loaded = figures.of_file(Path(scene), frame or 0, drawing)
+    else:
+        from clrt.files.resolved import resolved
+        from clrt.files.scenefile import load_scene
+
+        loaded = load_scene(scene)
+        has_particles = len(loaded.particles) > 0
+        with in_scene(scene):
+            loaded = resolved(loaded)
     look = {"background": background, "transfer": transfer, "transparent": transparent or None}
     loaded = changed(
         loaded,
@@ -331,6 +324,9 @@ def render(
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
+    if save_scene is not None:
+        check_apart(save_scene, Path(scene))
+        write_scene(save_scene, figures.in_file(loaded, Path(scene), frame or 0, drawing))
     ready = time.perf_counter()
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         if verbose:
@@ -354,73 +350,14 @@ def render(
                 f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
                 f"alone {renderer.kernel_seconds:.4f} s)"
             )
-    save(output, film, passes=found, transfer=loaded.film.transfer, command=context.obj)
+    # Of particles it does not: made by clrt.plot or of another format it is the same file.
+    command = "" if has_particles else context.obj
+    save(output, film, passes=found, transfer=loaded.film.transfer, command=command)
     if verbose:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
         say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")
     if not quiet:
         say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
-
-
-def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:
-    """--frames A-B, both included, or one number."""
-    if text is None:
-        return None
-    found = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", text)
-    if found is None:
-        raise click.BadParameter(f"expected A-B, as 0-59, got {text!r}")
-    return range(int(found[1]), int(found[2] or found[1]) + 1)
-
-
-def _shard(
-    context: click.Context, option: click.Parameter, text: str | None
-) -> tuple[int, int] | None:
-    """--shard I/N."""
-    if text is None:
-        return None
-    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    if found is None or int(found[1]) >= int(found[2]):
-        raise click.BadParameter(f"expected I/N with 0 <= I < N, as 0/50, got {text!r}")
-    return int(found[1]), int(found[2])
-
-
-FRAME_OPTIONS = (
-    click.option(
-        "--frames",
-        callback=_frames,
-        metavar="A-B",
-        help="Only these frames, both included; default: all.",
-    ),
-    click.option(
-        "--step",
-        type=click.IntRange(min=1),
-        default=1,
-        show_default=True,
-        metavar="N",
-        help="Only every Nth frame.",
-    ),
-    click.option(
-        "--fps",
-        type=float,
-        metavar="X",
-        help="Frames a second; default: the scene's.",
-    ),
-    click.option(
-        "--crf",
-        type=click.IntRange(0, 51),
-        default=18,
-        show_default=True,
-        metavar="N",
-        help="Quality of .mp4: 0 is lossless, more is smaller.",
-    ),
-)
-
-
-def frame_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What `animate` and `encode` take alike."""
-    for option in reversed(FRAME_OPTIONS):
-        command = option(command)
-    return command
 
 
 @main.command()
@@ -444,7 +381,7 @@ def frame_options(command: Callable[..., None]) -> Callable[..., None]:
 )
 @click.option(
     "--shard",
-    callback=_shard,
+    callback=shard_of,
     metavar="I/N",
     help="Of numbered pictures, only every Nth of these frames, from the Ith, counted from 0: so N "
     "machines share the work.",
@@ -695,9 +632,12 @@ def devices(verbose: bool) -> None:
 def check(scene: str) -> None:
     """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it."""
     from clrt import animation
+    from clrt.files.resolved import resolved
     from clrt.files.scenefile import load_scene
 
     loaded = load_scene(scene)
+    with in_scene(scene):
+        loaded = resolved(loaded)
     if loaded.animation is not None:
         with in_scene(scene):
             animation.Way(loaded).check(animation.all_frames(loaded))

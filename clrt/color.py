@@ -23,6 +23,12 @@ def to_linear(srgb: Array) -> Array:
     return np.where(srgb <= 0.04045, srgb / 12.92, curved)
 
 
+def to_srgb_and_back(linear: Array) -> Array:
+    """The sRGB value of each linear one that to_linear() makes it of. The standard's two curves do
+    not meet: between 0.0031308 and 0.0031308050 this is not to_srgb()."""
+    return np.where(12.92 * linear <= 0.04045, 12.92 * linear, to_srgb(linear))
+
+
 def linear(srgb: ArrayLike) -> NDArray[np.float32]:
     """Linear colours of sRGB ones (IEC 61966-2-1), of any shape.
 
@@ -43,11 +49,36 @@ def named(text: str) -> Color:
     Raises:
         RequestError: it is none.
     """
+    red, green, blue = map(float, to_linear(_srgb(text)))
+    return red, green, blue
+
+
+def srgb(key: str, one: str | ArrayLike) -> Array:
+    """(3,) float64: a colour as named() takes it, or of three numbers, uint8 or from 0 to 1.
+
+    Args:
+        key: the argument's name, for the error.
+
+    Raises:
+        RequestError: it is none.
+    """
+    try:
+        found = _srgb(one) if isinstance(one, str) else np.asarray(one)
+        if found.dtype == np.uint8:
+            found = found / 255
+        good = found.shape == (3,) and bool(((found >= 0) & (found <= 1)).all())
+    except (RequestError, TypeError, ValueError):
+        good = False
+    if not good:
+        expected = "a colour's name, #rgb, #rrggbb or three numbers from 0 to 1"
+        raise RequestError(f"{key}: expected {expected}, got {one!r}")
+    return found.astype(np.float64)
+
+
+def _srgb(text: str) -> Array:
     from PIL import ImageColor
 
     try:
-        srgb = np.array(ImageColor.getrgb(text)[:3]) / 255
+        return np.array(ImageColor.getrgb(text)[:3]) / 255
     except ValueError:
         raise RequestError(f"expected a colour's name, #rgb or #rrggbb, got {text!r}") from None
-    red, green, blue = map(float, to_linear(srgb))
-    return red, green, blue

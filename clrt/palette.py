@@ -81,6 +81,15 @@ def limits(values: Array, clim: tuple[float, float] | None = None) -> tuple[floa
     if clim is None:
         finite = values[np.isfinite(values)]
         return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    return check_limits(clim)
+
+
+def check_limits(clim: tuple[float, float]) -> tuple[float, float]:
+    """The range `clim`.
+
+    Raises:
+        RequestError: it is none.
+    """
     try:
         low, high = map(float, clim)
         good = bool(np.isfinite([low, high]).all()) and low <= high

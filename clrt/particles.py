@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clrt.errors import RequestError
-from clrt.values import Array, check_rows, floats, owned, require, some
+from clrt.values import Array, check_rows, floats, frozen, owned, require, some
 
 HEAVIEST = 118
 """The largest atomic number."""
@@ -82,6 +82,31 @@ class Particles:
             expected = f"expected a column that there is ({some(columns, 20)})"
             raise RequestError(f"{expected}, got {name!r}")
         return columns[name]
+
+    def where(self, mask: ArrayLike) -> "Particles":
+        """Those of which mask (n,) is True.
+
+        Raises:
+            SceneError: it is no such mask.
+        """
+        kept = np.asarray(mask)
+        good = kept.dtype == bool and kept.shape == (len(self),)
+        require(good, "mask", f"{len(self)} times True or False", mask)
+
+        def part(array: Array | None) -> Array | None:
+            return None if array is None else frozen(array[kept])
+
+        return Particles(
+            frozen(self.positions[kept]),
+            part(self.radii),
+            part(self.colors),
+            part(self.elements),
+            part(self.types),
+            self.type_names,
+            {name: frozen(column[kept]) for name, column in self.values.items()},
+            self.cell,
+            self.origin,
+        )
 
     def _rows(self, key: str, array: Array) -> Array:
         n = len(self)

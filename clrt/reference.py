@@ -99,6 +99,10 @@ def trace(
         raise RequestError(f"truth: {truth!r} knows no {key}: closed forms are the truth there")
     if truth == "seed" and (key := beyond_paper(scene)):
         raise RequestError(f"truth: 'seed' knows no {key}, expected 'exact'")
+    if scene.particles:
+        from clrt.files.resolved import resolved
+
+        scene = resolved(scene)
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     x, y = _screen(scene.camera, width, height, tracer.dtype)
     right, up = (np.array(offset) / np.maximum([width - 1, height - 1], 1)).astype(tracer.dtype)

@@ -16,6 +16,7 @@ from clrt import data, film, pack
 from clrt.decor import decorations
 from clrt.errors import DeviceError, DeviceWarning, RequestError
 from clrt.exposer import Exposer, Program
+from clrt.files.resolved import Resolver
 from clrt.files.scenefile import as_scene
 from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
@@ -91,6 +92,7 @@ class Renderer(AbstractContextManager["Renderer"]):
             )
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._exposer = Exposer(self._queue, precision)
+        self._resolver = Resolver()
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long kernels ran for the last picture, by the device's own clock."""
@@ -187,6 +189,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         if alpha is None:
             alpha = scene.film.transparent or (out is not None and out.shape[2:] == (4,))
         with self._lock, self._errors():
+            scene = self._resolver.scene(scene)
             image, found = self._picture(
                 scene, (width, height), pixel, bool(alpha), names, region, out, progress
             )
@@ -197,6 +200,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         check_process()
         with self._lock, self._errors():
             box = 0, 0, *check_size(width, height)
+            scene = self._resolver.scene(scene)
             used = self._programs_of(scene, "paths")
             arguments = self._exposer.arguments(scene, width, height, used[0], self.kernel_seconds)
             exposed, self.kernel_seconds = self._exposer.exposed(
@@ -263,6 +267,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         check_process()
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
+            scene = self._resolver.scene(scene)
             for kind in exposures(scene.film, film_dtype(dtype), alpha, check_passes(passes)):
                 self._programs_of(scene, kind)
 

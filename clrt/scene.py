@@ -15,6 +15,7 @@ from msgspec.structs import force_setattr
 from clrt import palette
 from clrt.errors import RequestError, SceneError
 from clrt.light import LIGHT_KINDS, AmbientLight, LightKind
+from clrt.particlefile import MATTE, ParticleFile
 from clrt.spheres import Sphere, Spheres
 from clrt.values import (
     BLACK,
@@ -315,6 +316,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The most that a pixel gets; 1 is one ray through its middle."""
     indirect: bool = False
     """Light comes from lit surfaces as well, to their diffuse neighbours."""
+    particles: Sequence[ParticleFile] = ()
+    """They come after `spheres`, in this order. clrt.files.resolved reads them."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
@@ -324,6 +327,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for name, material in self.materials.items():
             good = isinstance(name, str) and isinstance(material, Material)
             require(good, f"materials.{name}", "a Material", material)
+        all_of(self, "particles", ParticleFile, "a ParticleFile")
         good = self.animation is None or isinstance(self.animation, Animation)
         require(good, "animation", "an Animation", self.animation)
         require(isinstance(self.film, Film), "film", "a Film", self.film)
@@ -346,6 +350,12 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             names = (sphere.material for sphere in self.spheres)
             wrong = [(i, name) for i, name in enumerate(names) if name not in self.materials]
             where = f"spheres[{wrong[0][0]}].material" if wrong else ""
+        if not wrong:
+            known = {*self.materials, MATTE}
+            wrong = [
+                (i, p.material) for i, p in enumerate(self.particles) if p.material not in known
+            ]
+            where = f"particles[{wrong[0][0]}].material" if wrong else ""
         if wrong:
             expected = f"the name of a material ({some(self.materials)})"
             require(False, where, expected, wrong[0][1])

@@ -135,6 +135,29 @@ class Spheres(Sequence[Sphere]):
             color,
         )
 
+    @staticmethod
+    def joined(parts: "Sequence[Spheres]") -> "Spheres":
+        """One after the other, if their materials have names. A part that has no colours is white
+        among others that have."""
+        if len(parts) == 1:
+            return parts[0]
+        names = tuple(dict.fromkeys(name for part in parts for name in part.names or ()))
+        places = [np.array([names.index(name) for name in p.names or ()], np.int32) for p in parts]
+        index = [place[p.material_index] for place, p in zip(places, parts, strict=True)]
+        color = None
+        if any(part.color is not None for part in parts):
+            white = np.ones(3, np.float32)
+            color = np.concatenate(
+                [np.broadcast_to(white, (len(p), 3)) if p.color is None else p.color for p in parts]
+            )
+        found = Spheres(
+            frozen(np.concatenate([part.center for part in parts])),
+            frozen(np.concatenate([part.radius for part in parts])),
+            np.concatenate(index),
+            None if color is None else frozen(color),
+        )
+        return found.with_names(names)
+
 
 def _triple(vector: Array) -> Vec3:
     x, y, z = map(float, vector)

@@ -13,7 +13,8 @@ from conftest import same
 import clrt
 from clrt import color
 from clrt.files.particles import lammps, text, xyz
-from clrt.files.particles.reader import READERS, Reader, is_particles
+from clrt.files.particles.reader import READERS, Reader
+from clrt.files.particles.suffix import SUFFIXES, is_particles
 
 N = 50
 RANDOM = np.random.default_rng(1)
@@ -607,4 +608,4 @@ def test_a_file_is_closed(flow: tuple[Path, list[int]]) -> None:
 
 def test_every_suffix_is_tried() -> None:
     tried = {f".{name.rpartition('.')[2].lower()}" for name, _ in ROUTES}
-    assert tried | {".npy", ".pdb", ".cif", ".gsd"} == set(READERS)
+    assert tried | {".npy", ".pdb", ".cif", ".gsd"} == set(READERS) == set(SUFFIXES)

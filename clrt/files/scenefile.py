@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+from msgspec.structs import replace
 
 from clrt import data
 from clrt.errors import SceneError
@@ -50,7 +51,7 @@ def load_scene(source: str | Path) -> Scene:
         reason = getattr(error, "strerror", None) or str(error)
         raise SceneError(f"{name}: cannot be read: {reason}") from None
     try:
-        return parse_scene(text.decode("utf-8-sig"))
+        return _placed(parse_scene(text.decode("utf-8-sig")), path.parent)
     except UnicodeDecodeError:
         raise SceneError(f"{name}: expected UTF-8 text") from None
     except SceneError as error:
@@ -68,6 +69,14 @@ def as_scene(source: Scene | str | Path) -> Scene:
     if isinstance(source, str | Path):
         return load_scene(source)
     raise SceneError(f"scene: expected a Scene, a name or a path, got {type(source).__name__}")
+
+
+def _placed(scene: Scene, folder: Path) -> Scene:
+    """The scene, with the names of files that it gives from its folder."""
+    if not scene.particles:
+        return scene
+    placed = [replace(one, file=str(folder / one.file)) for one in scene.particles]
+    return replace(scene, particles=placed)
 
 
 def _read(path: Path) -> bytes:

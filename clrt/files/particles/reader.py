@@ -11,7 +11,17 @@ from pathlib import Path
 from typing import IO, Any, Self, cast
 
 from clrt.errors import ClrtError, RequestError, SceneError
-from clrt.files.particles import arrays, csv, hoomd, lammps, molecules, objects, ply, xyz
+from clrt.files.particles import (
+    arrays,
+    csv,
+    hoomd,
+    lammps,
+    molecules,
+    objects,
+    ply,
+    suffix,
+    xyz,
+)
 from clrt.files.particles.text import Lines
 from clrt.files.particles.trajectory import Frames, Single, Trajectory
 from clrt.particles import Particles
@@ -96,26 +106,15 @@ class Reader:
         self._frames.close()
 
 
-def is_particles(path: Path) -> bool:
-    """Whether the suffix is that of a format of particles."""
-    return _suffix(path)[0] in READERS
-
-
 def _opener(path: Path) -> "Callable[[Path], Frames]":
-    suffix, is_packed = _suffix(path)
-    if suffix not in READERS or (is_packed and suffix == ".gsd"):
+    kind, is_packed = suffix.split(path)
+    if kind not in READERS or (is_packed and kind == ".gsd"):
         raise RequestError(f"{path}: expected a name that ends in one of {' '.join(READERS)}")
     if not path.is_file():
         if path.exists():
             raise SceneError(f"{path}: is a folder or a device, expected a file")
         raise SceneError(f"{path}: no such file")
-    return READERS[suffix]
-
-
-def _suffix(path: Path) -> tuple[str, bool]:
-    """The format's suffix, and whether the file is gzipped."""
-    name = path.name.lower()
-    return Path(name.removesuffix(".gz")).suffix, name.endswith(".gz")
+    return READERS[kind]
 
 
 @contextmanager
@@ -131,7 +130,7 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def _lines(path: Path) -> Lines:
-    is_packed = _suffix(path)[1]
+    is_packed = suffix.split(path)[1]
     raw = cast(io.RawIOBase, gzip.GzipFile(path)) if is_packed else io.FileIO(path)
     return Lines(path, io.BufferedReader(raw, BUFFER), is_packed)
 
@@ -147,7 +146,7 @@ def _text(read: Callable[[Lines], Particles]) -> Callable[[Path], Frames]:
 def _arrays(read: Callable[[str, IO[bytes]], Particles]) -> Callable[[Path], Frames]:
     def single(path: Path) -> Frames:
         # NumPy would read a BufferedReader of gzip's past it, from the file below.
-        file = cast(IO[bytes], gzip.GzipFile(path)) if _suffix(path)[1] else path.open("rb")
+        file = cast(IO[bytes], gzip.GzipFile(path)) if suffix.split(path)[1] else path.open("rb")
         return Single(lambda: read(str(path), file), file.close)
 
     return single

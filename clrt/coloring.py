@@ -1,0 +1,89 @@
+"""Coloring: particles as spheres: how large they are, of which colour, and what that means."""
+
+from contextlib import suppress
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from clrt import color as colors
+from clrt import elements, palette
+from clrt.errors import RequestError
+from clrt.particlefile import MATTE
+from clrt.particles import Particles
+from clrt.spheres import Spheres
+from clrt.values import Array, frozen, some
+
+By = Literal["file", "element", "type", "material", "column"]
+
+
+class Colored(NamedTuple):
+    """Particles as spheres."""
+
+    spheres: Spheres
+    by: By
+    """What they have their colours of."""
+    clim: tuple[float, float] | None
+    """What the ends of the map stand for, if it is of a column."""
+
+
+def colored(
+    particles: Particles,
+    *,
+    material: str = MATTE,
+    radius: float | None = None,
+    scale: float = 1.0,
+    color: str | None = None,
+    cmap: str = "viridis",
+    clim: tuple[float, float] | None = None,
+) -> Colored:
+    """Particles as spheres, as a ParticleFile's fields of the same names say.
+
+    Raises:
+        RequestError: naming the key, if the particles do not have what it needs.
+    """
+    radii = _radii(particles, radius) * scale
+    by, column = _by(particles, color)
+    limits, srgb = None, None
+    if by == "file":
+        srgb = particles.colors
+    elif by == "element":
+        srgb = elements.COLORS[particles.elements]
+    elif by == "type" and particles.types is not None:
+        srgb = palette.of_types(particles.types)
+    elif column is not None:
+        limits = palette.limits(column, clim)
+        srgb = palette.of_values(column, cmap, limits)
+    own = None if srgb is None else frozen(colors.linear(srgb))
+    return Colored(Spheres(particles.positions, frozen(radii), material, own), by, limits)
+
+
+def _radii(particles: Particles, radius: float | None) -> Array:
+    if radius is not None:
+        return np.full(len(particles), radius)
+    if particles.radii is not None:
+        return particles.radii
+    if particles.elements is None:
+        expected = "a number for particles that have neither radii nor elements"
+        raise RequestError(f"radius: expected {expected}, got none")
+    found: Array = elements.VAN_DER_WAALS[particles.elements]
+    return found
+
+
+def _by(particles: Particles, color: str | None) -> tuple[By, Array | None]:
+    """What gives the colours, and the column if it is one."""
+    there: list[By] = ["material"]
+    if particles.types is not None:
+        there.insert(0, "type")
+    if particles.elements is not None:
+        there.insert(0, "element")
+    if particles.colors is not None:
+        there.insert(0, "file")
+    if color is None:
+        return there[0], None
+    for by in there:
+        if by == color:
+            return by, None
+    with suppress(RequestError):
+        return "column", particles.column(color)
+    known = some([*there, *particles.values, "x", "y", "z"], 20)
+    raise RequestError(f"color: expected one of {known}, got {color!r}")

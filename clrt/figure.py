@@ -1,0 +1,106 @@
+"""Figure: the scene that shows particles, as `clrt.plot` and `clrt render PARTICLES` draw them."""
+
+import operator
+from collections.abc import Sequence
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from clrt import color, styles, view
+from clrt.coloring import colored
+from clrt.errors import RequestError
+from clrt.particlefile import coloring
+from clrt.particles import Particles
+from clrt.scene import Film, Scene
+from clrt.values import number, require, switches
+from clrt.view import PROJECTIONS, Projection
+
+CORNERS = np.array([(i & 1, i >> 1 & 1, i >> 2) for i in range(8)])
+"""Of a box, in its edges."""
+
+
+class Look(msgspec.Struct, frozen=True, kw_only=True):
+    """How particles are drawn. Colours are sRGB."""
+
+    radius: float | None = None
+    scale: float = 1.0
+    color: str | None = None
+    cmap: str = "viridis"
+    clim: tuple[float, float] | None = None
+    """These five as of a clrt.ParticleFile."""
+    colorbar: str | None = None
+    """The label of a colour bar or legend; None: there is none."""
+    cell: bool = False
+    """The edges of the particles' box are drawn."""
+    view: str | Sequence[float] = "iso"
+    """Where the camera stands: a name of clrt.view.VIEWS, or three numbers."""
+    projection: Projection = "orthographic"
+    margin: float = 0.03
+    """The part of the picture that stays free at each of its sides."""
+    background: str | Sequence[float] = "white"
+    """A colour's name, #rgb or #rrggbb, or three numbers from 0 to 1."""
+    transparent: bool = False
+    transfer: Literal["linear", "srgb"] = "srgb"
+    style: str = "matte"
+    samples: int = 16
+    size: tuple[int, int] = (1920, 1080)
+    """Pixels, columns and rows."""
+
+    def __post_init__(self) -> None:
+        coloring(self)
+        good = self.colorbar is None or isinstance(self.colorbar, str)
+        require(good, "colorbar", "a label", self.colorbar)
+        switches(self, "cell", "transparent")
+        number(self, "margin", "a number from 0 to below 0.5", lambda part: 0 <= part < 0.5)
+        good = self.projection in PROJECTIONS
+        require(good, "projection", " or ".join(PROJECTIONS), self.projection)
+        view.direction(self.view)
+        color.srgb("background", self.background)
+        styles.style(self.style)
+        try:
+            width, height = map(operator.index, self.size)
+            good = min(width, height) >= 1
+        except (TypeError, ValueError):
+            good = False
+        require(good, "size", "two whole numbers above 0", self.size)
+
+
+def scene(particles: Particles, look: Look) -> Scene:
+    """The scene that shows particles.
+
+    Raises:
+        RequestError: naming the key that is wrong, or that the particles do not have the values of.
+    """
+    style = styles.style(look.style)
+    made = colored(
+        particles,
+        material=look.style,
+        radius=look.radius,
+        scale=look.scale,
+        color=look.color,
+        cmap=look.cmap,
+        clim=look.clim,
+    )
+    corners = np.zeros((0, 3))
+    if look.cell:
+        if particles.cell is None:
+            raise RequestError("cell: expected particles in a box, got none")
+        corners = particles.origin + CORNERS @ particles.cell
+    camera = view.holding(
+        made.spheres, corners, view.direction(look.view), look.size, look.projection, look.margin
+    )
+    ground = color.to_linear(color.srgb("background", look.background))
+    return Scene(
+        camera=camera,
+        lights=styles.lights(style, camera, view.extent(made.spheres, corners)),
+        materials={look.style: style.material},
+        spheres=made.spheres,
+        film=Film(
+            background=tuple(ground.tolist()),
+            transparent=look.transparent,
+            transfer=look.transfer,
+            outline=style.outline,
+        ),
+        samples=look.samples,
+    )

@@ -1,0 +1,48 @@
+"""Figures: a file of particles as the scene that shows it."""
+
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from clrt import figure
+from clrt.errors import RequestError
+from clrt.figure import Look
+from clrt.files.particles.reader import read
+from clrt.particlefile import ParticleFile
+from clrt.scene import Scene
+
+
+def look(size: tuple[int, int], **given: Any) -> Look:
+    """How particles are drawn; what is None is not given."""
+    return Look(size=size, **{key: value for key, value in given.items() if value is not None})
+
+
+def of_file(path: Path, frame: int, look: Look) -> Scene:
+    """The scene that shows a frame of a file, with its particles as spheres.
+
+    Raises:
+        RequestError: it cannot be read, or has not what is to be drawn; it names the file.
+        OutputError: it does not fit into memory.
+    """
+    particles = read(path, frame)
+    try:
+        return figure.scene(particles, look)
+    except RequestError as error:
+        raise RequestError(f"{path}: {error}") from None
+
+
+def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
+    """The same scene, but its particles stay in their file."""
+    one = ParticleFile(
+        str(path),
+        frame,
+        material=look.style,
+        radius=look.radius,
+        scale=look.scale,
+        color=look.color,
+        cmap=look.cmap,
+        clim=look.clim,
+        cell=look.cell,
+    )
+    return replace(scene, spheres=(), particles=(one,))

@@ -1,0 +1,86 @@
+"""Particles as spheres: their radii, their colours, and what is asked for that they do not have."""
+
+import numpy as np
+import pytest
+
+from clrt import color, elements, palette
+from clrt.coloring import colored
+from clrt.errors import RequestError
+from clrt.particles import Particles
+
+AT = np.arange(12.0).reshape(4, 3)
+ALL = Particles(
+    AT,
+    radii=[1, 2, 3, 4],
+    colors=np.array([(255, 0, 0), (0, 128, 0), (0, 0, 7), (9, 9, 9)], np.uint8),
+    elements=[1, 6, 8, 0],
+    types=[1, 2, 9, -1],
+    values={"v": [np.nan, 2.0, 4.0, np.inf], "flat": [5.0, 5.0, 5.0, 5.0]},
+)
+BARE = Particles(AT)
+
+
+def test_positions_are_centres_and_not_copied() -> None:
+    assert colored(BARE, radius=1).spheres.center is BARE.positions
+
+
+def test_radii_are_the_files_or_the_elements() -> None:
+    assert colored(ALL).spheres.radius.tolist() == [1, 2, 3, 4]
+    assert colored(ALL, scale=0.5).spheres.radius.tolist() == [0.5, 1, 1.5, 2]
+    assert colored(ALL, radius=2, scale=0.5).spheres.radius.tolist() == [1, 1, 1, 1]
+    atoms = Particles(AT, elements=[1, 6, 8, 0])
+    assert colored(atoms).spheres.radius.tolist() == [1.2, 1.7, 1.52, 1.0]
+    with pytest.raises(RequestError, match="radius: expected a number for particles that have"):
+        colored(BARE)
+
+
+def test_the_first_colours_that_there_are() -> None:
+    assert colored(ALL).by == "file"
+    assert colored(Particles(AT, elements=[1, 1, 1, 1], types=[0, 0, 0, 0])).by == "element"
+    assert colored(Particles(AT, types=[0, 0, 0, 0]), radius=1).by == "type"
+    bare = colored(BARE, radius=1)
+    assert (bare.by, bare.spheres.color) == ("material", None)
+
+
+def test_colours_become_linear() -> None:
+    def linear(srgb) -> list[list[float]]:
+        return color.linear(np.asarray(srgb, np.uint8)).tolist()
+
+    def of(name: str) -> list[list[float]]:
+        found = colored(ALL, color=name).spheres.color
+        assert found is not None
+        return found.tolist()
+
+    assert of("file") == linear(ALL.colors)
+    assert of("element") == linear(elements.COLORS[[1, 6, 8, 0]])
+    assert of("type") == linear(palette.OKABE_ITO[[1, 2, 1, 7]])
+    assert colored(ALL, color="material").spheres.color is None
+    viridis = palette.colormap("viridis")
+    assert of("v") == linear([palette.UNKNOWN, viridis[0], viridis[-1], viridis[-1]])
+    assert of("flat") == linear([viridis[128]] * 4)
+    assert of("x") == linear(palette.of_values(AT[:, 0]))
+    assert of("radius") == linear(palette.of_values([1, 2, 3, 4]))
+
+
+def test_the_range_of_a_column() -> None:
+    assert colored(ALL, color="v").clim == (2, 4)
+    outside = colored(ALL, color="v", clim=(3, 3.5), cmap="plasma")
+    plasma = color.linear(palette.colormap("plasma"))
+    assert outside.clim == (3, 3.5)
+    assert outside.spheres.color is not None
+    assert (outside.spheres.color[1:] == plasma[[0, -1, -1]]).all()
+    assert colored(ALL).clim is None
+
+
+@pytest.mark.parametrize("name", ["file", "element", "type", "speed"])
+def test_what_there_is_not(name: str) -> None:
+    with pytest.raises(RequestError) as error:
+        colored(Particles(AT, values={"v": [1, 2, 3, 4]}), radius=1, color=name)
+    expected = "'material', 'v', 'x', 'y', 'z'"
+    assert str(error.value) == f"color: expected one of {expected}, got {name!r}"
+
+
+def test_a_column_named_as_what_all_can_have_is_not_meant() -> None:
+    odd = Particles(AT, types=[0, 1, 2, 3], values={"type": [9, 9, 9, 9], "element": [1, 2, 3, 4]})
+    assert colored(odd, radius=1, color="type").by == "type"
+    assert colored(odd, radius=1, color="element").by == "column"
