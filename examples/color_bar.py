@@ -18,7 +18,7 @@ film = clrt.Film(
     colorbar="height over the surface",
     colorbar_cmap="plasma",
     colorbar_clim=limits,
-    cells=[clrt.Cell(edges)],
+    cells=[clrt.Cell(edges.tolist())],
 )
 middle = edges.sum(axis=0) / 2
 scene = clrt.Scene(

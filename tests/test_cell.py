@@ -52,7 +52,7 @@ def pixel_rays(camera: clrt.Camera, size: tuple[int, int]) -> tuple[Array, Array
         top = camera.height / 2
         side, ahead = top * width / height, 0.0
     else:
-        side = np.tan(np.radians(camera.fov) / 2)
+        side = np.tan(np.radians(camera.fov or 0) / 2)
         top, ahead = side * height / width, 1.0
     x, y = np.meshgrid(np.linspace(-side, side, width), np.linspace(top, -top, height))
     at = x[..., np.newaxis] * right + y[..., np.newaxis] * up
@@ -191,7 +191,7 @@ def screen(camera: clrt.Camera, size: tuple[int, int]) -> tuple[float, float]:
     """Half its width and height."""
     if camera.height is not None:
         return camera.height / 2 * size[0] / size[1], camera.height / 2
-    side = np.tan(np.radians(camera.fov) / 2)
+    side = np.tan(np.radians(camera.fov or 0) / 2)
     return side, side * size[1] / size[0]
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from clrt.decor import decorations
 from clrt.values import BLACK, WHITE
 
 CAMERA = clrt.Camera((0, 0, 9), (0, 0, 0), projection="orthographic", height=4)
-CELL = clrt.Cell(np.eye(3))
+CELL = clrt.Cell(np.eye(3).tolist())
 NOTHING = np.full((60, 80), np.inf)
 
 
@@ -42,7 +43,7 @@ def test_what_is_drawn() -> None:
         return [marks.color for marks in found]
 
     assert drawn() == []
-    bar = {"colorbar": " ", "colorbar_clim": (0, 1)}
+    bar: dict[str, Any] = {"colorbar": " ", "colorbar_clim": (0, 1)}
     edges, panel = drawn(cells=[CELL], **bar)  # the bar over the edges
     assert (edges[:, :3] == edges[:, 3:]).all()  # white on black
     assert len(np.unique(panel[:, :3], axis=0)) > 20

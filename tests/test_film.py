@@ -243,11 +243,13 @@ def test_the_order() -> None:
     over = straight[..., :3] * straight[..., 3:] + 1 - straight[..., 3:]
     white = developed(exposed, np.uint8, 3, background=(1, 1, 1), seen=seen, **steps) / 255
     assert abs(over - white).max() <= 1 / 255
-    over = [
+    drawing = [
         marks({156: (0, 1, 0, 1), 158: (0, 0.5, 0, 0.5), 179: (0, 0.5, 0, 0.5)}),
         marks({156: (0.5, 0, 0, 0.5), 157: (0, 0, 0, 1)}),
     ]
-    drawn = developed(exposed, np.uint8, 3, background=(0, 0, 1), seen=seen, marks=over, **steps)[5]
+    drawn = developed(
+        exposed, np.uint8, 3, background=(0, 0, 1), seen=seen, marks=drawing, **steps
+    )[5]
     assert drawn[[6, 7]].tolist() == [[128, 128, 0], [0, 0, 0]]
     assert drawn[8].tolist() == [32, 159, 96]  # a quarter of the sphere, and of the background
     assert drawn[29].tolist() == [0, 128, 128]

@@ -75,7 +75,7 @@ def test_ticks_are_where_they_belong(size: tuple[int, int], limits: tuple[float,
     em = min(size) / 36
     look = bar(*limits)
     column, top, end = place(look, size)
-    scale = ticks(*map(float, limits), int((end - top) / (2.5 * em)))
+    scale = ticks(float(limits[0]), float(limits[1]), int((end - top) / (2.5 * em)))
     beside = column + round(0.65 * em) + 1
     drawn = painted(look, size, ground=None)[:, beside, 3] == 1
     starts = np.flatnonzero(np.diff(drawn.astype(int)) == 1) + 1

@@ -92,7 +92,10 @@ def test_what_is_drawn_over() -> None:
         colorbar_cmap="plasma_r",
         colorbar_clim=(0, 5),
         legend=(clrt.LegendEntry("Na", (0.5, 0, 1)),),
-        cells=[clrt.Cell(((1, 0, 0), (0, 2, 0), (0.5, 0, 3))), clrt.Cell(np.eye(3), (-1, 0, 1))],
+        cells=[
+            clrt.Cell(((1, 0, 0), (0, 2, 0), (0.5, 0, 3))),
+            clrt.Cell(np.eye(3).tolist(), (-1, 0, 1)),
+        ],
     )
     found = parse_scene(GOOD + film).film
     assert found == expected
