@@ -282,18 +282,18 @@ def atoms_beside(ovito: Path | None, quick: bool) -> list[Figures]:
         pictures = {n: Path(folder) / f"{n}.png" for n in map(str, (*counts, *OVITO))}
         contenders: dict[str, Callable[[], float]] = {}
         for n in counts:
-            words = SCRIPT, str(path), str(pictures[str(n)]), str(n)
-            contenders[str(n)] = partial(many.run_script, words, [])
+            script = SCRIPT, str(path), str(pictures[str(n)]), str(n)
+            contenders[str(n)] = partial(many.run_script, script, [])
         for name in OVITO if ovito else ():
             words = ovito_peer.words(path, pictures[name], name, OVITO[name])
-            contenders[name] = partial(many.run_script, words, [], ovito)
+            contenders[name] = partial(many.run_script, words, [], str(ovito))
         seconds = harness.in_turn(contenders, turns)
         found = []
         with Renderer() as renderer:
             region = middle((1920, 1080))
             truth = converged(renderer, atoms(data, count), (1920, 1080), count, region)
             for n in counts:
-                scene, kernel = atoms(data, n), []
+                scene, kernel = atoms(data, n), list[float]()
                 harness.in_turn({"": timed(renderer, scene, (1920, 1080), kernel)}, turns)
                 found.append({
                     "name": "clrt", "samples": n, "kernel": harness.summary(kernel[1:]),
@@ -304,7 +304,7 @@ def atoms_beside(ovito: Path | None, quick: bool) -> list[Figures]:
             best = Path(folder) / "converged.png"
             size = region[2] - region[0], region[3] - region[1]
             words = ovito_peer.words(path, best, name, CONVERGED[name], size)
-            many.run_script(words, [], ovito or "")
+            many.run_script(words, [], str(ovito))
             found.append({
                 "name": name, "options": OVITO[name], "converged": CONVERGED[name],
                 "wall": harness.summary(seconds[name]),
@@ -372,21 +372,20 @@ def atoms_table(figures: Figures) -> str:
                      f"{100 * f['of_deviation']:.0f} %"))  # fmt: skip
     head = ("atoms to .png, 1920x1080", "command, s", "spread", "kernel, s", "rmse / mean",
             "rmse / deviation")  # fmt: skip
-    return "\n\n".join([harness.table(head, rows), *map(partial(beside, found), found)]).rstrip()
+    peers = [beside(found, f) for f in found if f["name"] != "clrt"]
+    return "\n\n".join([harness.table(head, rows), *peers])
 
 
 def beside(found: list[Figures], peer: Figures) -> str:
     """How much sooner clrt has a picture that is off by no more, in each measure."""
-    if peer["name"] == "clrt":
-        return ""
     said = []
-    for measure in ("of_mean", "of_deviation"):
-        enough = [f["samples"] for f in found
-                  if f["name"] == "clrt" and f[measure] <= peer[measure]]  # fmt: skip
-        if enough:
-            said.append(f"{peer['ratios'][str(min(enough))]:.1f} x (samples = {min(enough)})")
-    by = " by the mean, ".join(said) + " by the deviation" if len(said) == 2 else "unknown"
-    return f"OVITO's {peer['name']} takes, at no less error, {by}, as long as clrt."
+    for measure, of in (("of_mean", "mean"), ("of_deviation", "deviation")):
+        for f in found:
+            if f["name"] == "clrt" and f[measure] <= peer[measure]:
+                times = f"{peer['ratios'][str(f['samples'])]:.1f} times as long as clrt"
+                said.append(f"{times} (rmse / {of}; samples = {f['samples']})")
+                break
+    return f"For no less error OVITO's {peer['name']} takes {', '.join(said) or 'less time'}."
 
 
 def ms(seconds: float) -> str:
