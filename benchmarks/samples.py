@@ -74,8 +74,8 @@ OVITO: dict[str, Figures] = {
     "OSPRay": {"samples_per_pixel": 8, "refinement_iterations": 4, "denoising_enabled": True},
 }
 CONVERGED: dict[str, Figures] = {
-    "Tachyon": {"antialiasing_samples": 100, "ambient_occlusion_samples": 100},
-    "OSPRay": {"samples_per_pixel": 32, "refinement_iterations": 16, "denoising_enabled": False},
+    "Tachyon": {"antialiasing_samples": 64, "ambient_occlusion_samples": 64},
+    "OSPRay": {"samples_per_pixel": 16, "refinement_iterations": 16, "denoising_enabled": False},
 }
 
 
