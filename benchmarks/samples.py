@@ -176,17 +176,19 @@ def timed(renderer: Renderer, scene: Scene, size: Size, kernel: list[float]) -> 
 
 def antialiasing(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     """Of four-spheres, by edges only and in all pixels."""
-    turns, count = (1, 64) if quick else (11, TRUTH)
+    turns, count, adaptive, everywhere = (
+        (1, 64, ADAPTIVE[:2], UNIFORM[:1]) if quick else (11, TRUTH, ADAPTIVE, UNIFORM)
+    )
     truth = converged(renderer, BASE, size, count, (0, 0, *size))
-    kernels: dict[int, list[float]] = {n: [] for n in ADAPTIVE}
-    scenes = {n: replace(BASE, samples=n) for n in {*ADAPTIVE, *UNIFORM}}
+    kernels: dict[int, list[float]] = {n: [] for n in adaptive}
+    scenes = {n: replace(BASE, samples=n) for n in {*adaptive, *everywhere}}
     uniform = Uniform()
-    contenders = {f"adaptive {n}": timed(renderer, scenes[n], size, kernels[n]) for n in ADAPTIVE}
-    for n in UNIFORM:
+    contenders = {f"adaptive {n}": timed(renderer, scenes[n], size, kernels[n]) for n in adaptive}
+    for n in everywhere:
         contenders[f"uniform {n}"] = partial(uniform.seconds, scenes[n], size)
     seconds = harness.in_turn(contenders, turns)
     found = []
-    for n in ADAPTIVE:
+    for n in adaptive:
         wall, kernel = seconds[f"adaptive {n}"], kernels[n][1:]
         found.append({
             "way": "adaptive", "samples": n,
@@ -195,7 +197,7 @@ def antialiasing(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
             "kernel_ratio": ratio(kernel, kernels[1][1:]),
             "wall_ratio": ratio(wall, seconds["adaptive 1"]),
         })  # fmt: skip
-    for n in UNIFORM:
+    for n in everywhere:
         kernel = seconds[f"uniform {n}"]
         found.append({
             "way": "uniform", "samples": n, **errors(uniform.render(scenes[n], size), truth),
@@ -212,7 +214,8 @@ def ratio(mine: Sequence[float], its: Sequence[float]) -> float:
 def effects(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     """Of four-spheres with each of SCENES: times of the picture, errors of a part of it."""
     turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (3, TRUTH, EFFECTS)
-    scenes = {(name, n): replace(s, samples=n) for name, s in SCENES.items() for n in counts}
+    names = ("hard shadow", SAMPLED) if quick else tuple(SCENES)
+    scenes = {(name, n): replace(SCENES[name], samples=n) for name in names for n in counts}
     kernels: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
     contenders = {
         f"{name} {n}": timed(renderer, scene, size, kernels[name, n])
@@ -220,7 +223,7 @@ def effects(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     }
     harness.in_turn(contenders, turns)
     region, found = middle(size, 3), []
-    for name in SCENES:
+    for name in names:
         truth = converged(renderer, SCENES[name], size, count, region)
         for n in counts:
             picture = renderer.render(scenes[name, n], *size, region=region)
