@@ -27,10 +27,14 @@ def down_on(x: float, z: float, height: float) -> Camera:
 
 
 def on_ground(camera: Camera, size: tuple[int, int]) -> Array:
-    """The points of the ground in the middles of pixels, (rows, columns, 3)."""
+    """The points of the ground in the middles of pixels, (rows, columns, 3), straight below."""
     columns, rows = size
-    up = (camera.height or 0) / 2
-    x = camera.position[0] + np.linspace(-up, up, columns) * columns / rows
+    if camera.height is None:
+        right = np.tan(np.radians(camera.fov or 0) / 2) * camera.position[1]
+    else:
+        right = camera.height / 2 * columns / rows
+    up = right * rows / columns
+    x = camera.position[0] + np.linspace(-right, right, columns)
     x, z = np.meshgrid(x, camera.position[2] + np.linspace(-up, up, rows))
     below = (x**2 + z**2) / (FLAT + np.sqrt(FLAT**2 - x**2 - z**2))
     return np.stack([x, -below, z], axis=-1)
