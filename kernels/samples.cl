@@ -136,7 +136,9 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         going &= larger(range.x, larger(range.y, range.z)) > range_that_is_enough(end);
 #endif
     }
-    Sample mean = {scaled(sum.color, 1 / count), sum.alpha / count, path};
+    // Not times 1 / count: of what is 1 everywhere the mean is 1, to the bit.
+    Sample mean = {vector(sum.color.x / count, sum.color.y / count, sum.color.z / count),
+                   sum.alpha / count, path};
     return mean;
 }
 
