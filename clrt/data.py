@@ -16,7 +16,7 @@ from clrt.errors import DeviceError
 
 LOCK_GRACE_SECONDS = 60  # what is younger may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
-KEPT_ROOM = 50 << 20  # bytes of all that is kept: 300 programs
+KEPT_ROOM = 200 << 20  # bytes of all that is kept: 1200 programs
 KEY_LENGTH = 64  # of a kept file's name: sha256, in hexadecimal digits
 
 
