@@ -63,7 +63,7 @@ class Page:
 
     def drag(self, *places: tuple[float, float], modifiers: int = 0) -> None:
         """Down at the first place, over the others, and up at the last."""
-        left = {"button": "left", "buttons": 1, "modifiers": modifiers}
+        left: dict[str, Any] = {"button": "left", "buttons": 1, "modifiers": modifiers}
         self.mouse("Pressed", *places[0], clickCount=1, **left)
         for place in places[1:]:
             self.mouse("Moved", *place, **left)

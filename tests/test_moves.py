@@ -21,8 +21,8 @@ CAMERAS = pytest.mark.parametrize("camera", [PERSPECTIVE, ORTHOGRAPHIC], ids=lam
 
 def seen(camera: Camera, place: np.ndarray, pixel: tuple[int, int]) -> bool:
     """Whether the reference sees a bead there, a tenth of a pixel wide, at that pixel."""
-    bead = clrt.Sphere(tuple(map(float, place)), 0.002, "bead")
-    scene = clrt.Scene(camera, (), {"bead": clrt.Material()}, (bead,))
+    bead = clrt.Spheres(place[np.newaxis], 0.002, "bead")
+    scene = clrt.Scene(camera, (), {"bead": clrt.Material()}, bead)
     column, row = pixel
     trace = clrt.reference.trace(scene, *SIZE, truth="exact", pixels=[(row, column)])
     return bool(trace.id[0] == 0)

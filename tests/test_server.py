@@ -82,10 +82,12 @@ class Client:
             self.say("shown", number=told["number"])
         return told, file
 
-    def until(self, key: str) -> tuple[dict[str, Any], bytes]:
-        while not (heard := self.hear())[0].get(key):
-            pass
-        return heard
+    def final(self, changes: int = 1) -> tuple[dict[str, Any], bytes]:
+        """The last picture, after so many changes."""
+        while True:
+            header, file = self.hear()
+            if header.get("final") and header["changes"] == changes:
+                return header, file
 
 
 def opened(served: Served) -> Client:
@@ -157,8 +159,8 @@ def test_the_last_picture_is_that_of_its_command(
     client.say("project", projection="orthographic")
     client.say("zoom", factor=1.3, x=10, y=20)
     client.say("sample", samples=4)
-    header, file = client.until("final")
-    assert (header["size"], header["samples"], header["changes"]) == ([64, 36], 4, 5)
+    header, file = client.final(changes=5)
+    assert (header["size"], header["samples"]) == ([64, 36], 4)
     words = shlex.split(header["command"])
     assert words[:2] == ["clrt", "render"]
     assert CliRunner().invoke(main, [*words[1:], "-o", "a.png"]).exit_code == 0
@@ -175,7 +177,7 @@ def with_alpha() -> Subject:
 
 @pytest.mark.parametrize("served", [with_alpha()], indirect=True, ids=["alpha"])
 def test_alpha(served: Served, tmp_path: Path) -> None:
-    _, file = opened(served).until("final")
+    _, file = opened(served).final()
     (tmp_path / "a.png").write_bytes(file)
     picture = Image.open(tmp_path / "a.png")
     assert (picture.mode, picture.info["srgb"]) == ("RGBA", 0)
@@ -185,7 +187,7 @@ def test_alpha(served: Served, tmp_path: Path) -> None:
 
 def test_pick(served: Served) -> None:
     client = opened(served)
-    client.until("final")
+    client.final()
     truth = clrt.reference.trace(clrt.load_scene("four-spheres"), 64, 36)
     seen = set()
     for x, y in [(20, 18), (34, 18), (63, 35), (50, 2)]:
@@ -203,9 +205,9 @@ def test_nonsense_ends_that_client(served: Served, said: str | bytes) -> None:
     one, other = opened(served), opened(served)
     one.connection.send(said)
     with pytest.raises(ConnectionClosed):
-        one.until("never")
+        one.final(changes=99)
     other.say("turn", x=1, y=1)
-    assert other.until("final")[0]["changes"] == 2
+    assert other.final(changes=2)
 
 
 def test_closed_tabs_end_nothing(served: Served) -> None:
@@ -214,14 +216,13 @@ def test_closed_tabs_end_nothing(served: Served) -> None:
         one.say("sample", samples=16)
         one.connection.socket.shutdown(socket.SHUT_RDWR)  # in the middle of a picture
     other = opened(served)
-    assert other.until("final")[0]["final"]
+    assert other.final()
 
 
 def test_two_clients_move_for_themselves(served: Served) -> None:
     one, other = opened(served), opened(served)
     one.say("turn", x=20, y=0)
-    pictures = {client.until("final")[1] for client in (one, other)}
-    assert len(pictures) == 2
+    assert one.final(changes=2)[1] != other.final()[1]
 
 
 def test_an_error_is_told(renderer: clrt.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -237,7 +238,7 @@ def test_an_error_is_told(renderer: clrt.Renderer, monkeypatch: pytest.MonkeyPat
         assert client.hear()[0] == {"error": "no memory"}
         monkeypatch.undo()
         client.say("turn", x=1, y=1)
-        assert client.until("final")
+        assert client.final(changes=2)
 
 
 def test_a_port_that_is_taken(renderer: clrt.Renderer) -> None:

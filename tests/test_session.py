@@ -4,6 +4,7 @@ import json
 import math
 import shlex
 import tomllib
+from typing import Any
 
 import msgspec
 import pytest
@@ -11,18 +12,25 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import moves
+from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
-from clrt.viewer.session import FOV, MESSAGES, Session
+from clrt.viewer.session import FOV, MESSAGES, Change, Pick, Session, Shown
 from clrt.viewer.subject import Subject, described, of_scene
 
 FOUR = of_scene("four-spheres")
 START = clrt.load_scene("four-spheres").camera
 
 
+def said(**message: Any) -> Change:
+    found = MESSAGES.decode(json.dumps(message))
+    assert not isinstance(found, Pick | Shown)
+    return found
+
+
 def session(*messages: dict, subject: Subject = FOUR, samples: int | None = None) -> Session:
     found = Session(subject, samples)
     for message in ({"do": "resize", "width": 90, "height": 45}, *messages):
-        found.change(MESSAGES.decode(json.dumps(message)))
+        found.change(said(**message))
     return found
 
 
@@ -84,13 +92,13 @@ def test_frames() -> None:
     subject = of_scene("orbit")
     assert (subject.frames, subject.fps) == (120, 30)
     found = session({"do": "sample", "samples": 4}, {"do": "frame", "frame": 30}, subject=subject)
-    expected = clrt.animation.camera_at(clrt.load_scene("orbit"), 30)
+    expected = camera_at(clrt.load_scene("orbit"), 30)
     assert found.scene.camera == expected
     assert (found.scene.samples, found.state["frame"]) == (4, 30)
-    found.change(MESSAGES.decode(b'{"do": "frame", "frame": 1000}'))
+    found.change(said(do="frame", frame=1000))
     assert found.state["frame"] == 119
     # Its keys have a fov, which an orthographic camera has not.
-    found.change(MESSAGES.decode(b'{"do": "project", "projection": "orthographic"}'))
+    found.change(said(do="project", projection="orthographic"))
     assert found.scene.camera.orthographic
 
 

@@ -27,7 +27,8 @@ from clrt.viewer.session import MESSAGES, Session
 MESSAGE = 1024
 """Bytes that a page can say at a time."""
 PATIENCE = 1.0
-"""Seconds that a page has to answer when it is told to go."""
+"""Seconds that a browser has to ask for something once it has connected, and to answer when it is
+told to go: so Ctrl-C is. Browsers connect ahead of what they may ask for."""
 
 PAGE = Template("""<!doctype html>
 <html lang="en">
@@ -72,6 +73,7 @@ class View:
                 process_request=self._answer,
                 compression=None,
                 max_size=MESSAGE,
+                open_timeout=PATIENCE,
                 close_timeout=PATIENCE,
                 logger=log,
             )
