@@ -13,6 +13,7 @@ from benchmarks import (
     scale,
     speed,
     targets,
+    view,
 )
 
 
@@ -38,6 +39,7 @@ main.add_command(samples.command)
 main.add_command(scale.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
+main.add_command(view.command)
 
 if __name__ == "__main__":
     main()

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import chromium
 import numpy as np
 import pytest
-from chromium import SHIFT, Chromium, Page
 from PIL import Image
 
 import clrt
+from benchmarks import chromium
+from benchmarks.chromium import SHIFT, Chromium, Page
 from clrt import moves
 from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera

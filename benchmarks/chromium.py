@@ -39,7 +39,8 @@ class Page:
         while (answer := json.loads(self._socket.recv(timeout=60))).get("id") != number:
             pass
         assert "error" not in answer, answer
-        return answer["result"]
+        result: dict[str, Any] = answer["result"]
+        return result
 
     def value(self, expression: str) -> Any:
         """What JavaScript says, or what it promises."""

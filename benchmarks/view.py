@@ -1,0 +1,211 @@
+"""How soon a picture follows the pointer: the view in Chromium, beside a picture that is there.
+
+Times are those of the page: from the pointer's event to the frame after the picture was drawn.
+"""
+
+import json
+import multiprocessing
+import signal
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import click
+
+import clrt
+from benchmarks import harness, many
+from benchmarks.chromium import Chromium, Page
+from clrt.scene import Scene
+from clrt.viewer.server import View
+from clrt.viewer.session import Session
+from clrt.viewer.subject import Subject
+
+SIZE = (1920, 1080)
+EVENTS = 1 / 60
+"""Seconds between two of the pointer's."""
+MOST_LATE = 0.025
+"""Seconds after the picture that is there; docs/view.md says so."""
+
+# `painted` is called in the task after the frame that shows what was drawn.
+SCRIPT = """
+const channel = new MessageChannel(), waiting = [];
+channel.port1.onmessage = () => waiting.shift()(performance.now());
+window.painted = () => new Promise((done) => requestAnimationFrame(() => {
+  waiting.push(done);
+  channel.port2.postMessage(0);
+}));
+window.stamps = [];   // of the change of each number, from 1 on
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  if (!/"(shown|pick)"/.test(text)) window.stamps.push(window.event?.timeStamp);
+  send.call(this, text);
+};
+const decode = window.createImageBitmap;
+window.createImageBitmap = (file, options) => {
+  if (file.type === "image/jpeg") window.last = file;
+  return decode(file, options);
+};
+window.seen = [];
+document.addEventListener("picture", async ({ detail }) => {
+  const at = await window.painted();
+  window.seen.push({ ...detail, at });
+});
+"""
+
+# The same as the view does, with a picture that is there.
+STILL = """
+(() => {
+  const canvas = document.querySelector("canvas"), context = canvas.getContext("2d");
+  window.still = [];
+  window.follow = async (event) => {
+    const bitmap = await createImageBitmap(window.last, { colorSpaceConversion: "none" });
+    context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+    bitmap.close();
+    window.still.push(await window.painted() - event.timeStamp);
+  };
+  canvas.addEventListener("pointermove", window.follow);
+})()
+"""
+
+
+def molecule() -> Scene:
+    """10⁵ atoms."""
+    return many.scene_of(many.molecule(100_000), 1)
+
+
+SCENES = {"four-spheres": lambda: clrt.load_scene("four-spheres"), "10⁵ atoms": molecule}
+
+
+def serve(name: str, told: Connection) -> None:
+    """Shows a scene until it is interrupted."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    scene = SCENES[name]()
+    subject = Subject((name,), lambda frame: scene)
+    with clrt.Renderer() as renderer:
+        view = View(renderer, lambda: Session(subject), name)
+        with view.listen("127.0.0.1", 0) as listening:
+            told.send(view.address(listening))
+            listening.serve_forever()
+
+
+@contextmanager
+def shown(name: str) -> Iterator[str]:
+    """The address of a view in a process of its own."""
+    told, tell = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("spawn").Process(target=serve, args=(name, tell))
+    process.start()
+    try:
+        yield told.recv()
+    finally:
+        process.terminate()
+        process.join()
+
+
+def wander(page: Page, seconds: float, buttons: int) -> float:
+    """Moves the pointer to the right, again and again; returns how long it took."""
+    left: dict[str, Any] = {"button": "left" if buttons else "none", "buttons": buttons}
+    started = due = time.perf_counter()
+    while due < started + seconds:
+        step = round((due - started) / EVENTS)
+        page.mouse("Moved", 700 + 4 * (step % 120), 500 + step % 7, **left)
+        due += EVENTS
+        time.sleep(max(due - time.perf_counter(), 0))
+    return time.perf_counter() - started
+
+
+def measure(browser: Chromium, name: str, seconds: float) -> dict[str, Any]:
+    with shown(name) as address:
+        page = browser.open("about:blank")
+        page.do("Page.addScriptToEvaluateOnNewDocument", source=SCRIPT)
+        size(page, SIZE[0], SIZE[1] + 100)
+        page.do("Page.navigate", url=address)
+        page.wait("window.seen?.some(({ final }) => final)")
+        height = page.value("document.querySelector('canvas').height")
+        size(page, SIZE[0], 2 * SIZE[1] + 100 - height)
+        page.wait("document.querySelector('canvas').height === " + str(SIZE[1]))
+        left: dict[str, Any] = {"button": "left", "buttons": 1, "clickCount": 1}
+        page.mouse("Pressed", 700, 500, **left)
+        wander(page, 1.0, 1)  # until its size is found
+        page.value("(() => { window.seen = []; window.first = window.stamps.length; })()")
+        took = wander(page, seconds, 1)
+        found = json.loads(page.value("JSON.stringify([window.first, window.stamps, window.seen])"))
+        page.mouse("Released", 700, 500, **left)
+        page.wait("(window.seen.at(-1) ?? {}).final")
+        page.value(STILL)
+        wander(page, seconds, 0)
+        still = page.value("window.still")
+        page.close()
+    first, stamps, seen = found
+    return figures(first, stamps, seen, still, took)
+
+
+def size(page: Page, width: int, height: int) -> None:
+    page.do(
+        "Emulation.setDeviceMetricsOverride",
+        width=width,
+        height=height,
+        deviceScaleFactor=1,
+        mobile=False,
+    )
+
+
+def figures(
+    first: int, stamps: list[float], seen: list[dict[str, Any]], still: list[float], took: float
+) -> dict[str, Any]:
+    """Of all changes after the first ones, those that were shown: in seconds."""
+    moving = [picture for picture in seen if picture["moves"]]
+    late = []
+    change = first
+    for picture in moving:
+        while change < picture["changes"]:
+            late.append((picture["at"] - stamps[change]) / 1e3)
+            change += 1
+    width, height = moving[-1]["size"]
+    return {
+        "size": [width, height],
+        "fps": len(moving) / took,
+        "latency": harness.summary(late),
+        "still": harness.summary([ms / 1e3 for ms in still]),
+        "render": statistics.median(picture["render"] for picture in moving),
+        "encode": statistics.median(picture["encode"] for picture in moving),
+    }
+
+
+@click.command("view")
+@click.pass_obj
+def command(quick: bool) -> None:
+    """Times how soon pictures follow the pointer; needs Chromium (Debian's)."""
+    found = {}
+    with tempfile.TemporaryDirectory() as profile, Chromium(Path(profile), SIZE) as browser:
+        for name in SCENES:
+            found[name] = measure(browser, name, 1.0 if quick else 8.0)
+    print(table(found))
+    harness.record(harness.results_folder(quick), "view", {"canvas": SIZE, "scenes": found})
+
+
+def table(found: dict[str, dict[str, Any]]) -> str:
+    """What docs/view.md shows."""
+
+    def row(name: str, t: dict[str, Any]) -> list[str]:
+        late, still = t["latency"]["median"], t["still"]["median"]
+        rest = late - t["render"] - t["encode"]
+        return [
+            name,
+            "x".join(map(str, t["size"])),
+            f"{t['fps']:.0f}",
+            *(
+                f"{1e3 * s:.1f}"
+                for s in (late, still, late - still, t["render"], t["encode"], rest)
+            ),
+        ]
+
+    head = ("canvas 1920x1080", "pictures", "a second", "latency, ms", "of a still JPEG", "more")
+    return harness.table(
+        (*head, "render", "encode", "rest"), [row(name, t) for name, t in found.items()]
+    )
