@@ -12,7 +12,7 @@ from clrt.decor import decorations
 from clrt.values import BLACK, WHITE
 
 CAMERA = clrt.Camera((0, 0, 9), (0, 0, 0), projection="orthographic", height=4)
-CELL = clrt.Cell(np.eye(3).tolist())
+CELL = clrt.Cell(((1, 0, 0), (0, 1, 0), (0, 0, 1)))
 NOTHING = np.full((60, 80), np.inf)
 
 

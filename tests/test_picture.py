@@ -90,7 +90,8 @@ def test_defaults_are_those_of_figures(folder: Path) -> None:
 def test_a_picture_is_an_array(folder: Path) -> None:
     picture = clrt.plot(AT, radii=0.4, **SMALL)
     array = np.asarray(picture)
-    assert (array.shape, array.dtype) == ((48, 64, 3), np.uint8)
+    assert array.shape == (48, 64, 3)
+    assert array.dtype == np.uint8
     assert np.asarray(picture, np.float32).dtype == np.float32
     assert array[0, 0].tolist() == [255, 255, 255]
     shown = Image.open(io.BytesIO(picture._repr_png_()))

@@ -352,7 +352,7 @@ LOOKS = {
         background=(1, 0.9, 0.8), transfer="srgb", outline=1,
         colorbar="speed", colorbar_clim=(-1, 5),
         cells=[clrt.Cell((np.eye(3) - 0.1).tolist(), (-1, -0.5, -2)),
-            clrt.Cell((5 * np.eye(3)).tolist(), (-2, -2, -2)),],
+            clrt.Cell(((5, 0, 0), (0, 5, 0), (0, 0, 5)), (-2, -2, -2)),],
     ),
     "legend": clrt.Film(
         transparent=True, colorbar="element", legend=[clrt.LegendEntry("Na", (0.5, 0, 1))]

@@ -106,8 +106,10 @@ CAPS_AT_RANDOM = {
 def test_what_one_cap_covers_of_another(device: cl.Device, precision: Precision, kind: str) -> None:
     random, n = np.random.default_rng(5), 1 << 11
     caps = CAPS_AT_RANDOM[kind]
-    a = np.radians(10 ** random.uniform(*np.log10(caps.half_angle), n))
-    b = np.minimum(a * 10 ** random.uniform(*np.log10(caps.times), n), np.pi / 2)
+    low, high = np.log10(caps.half_angle).tolist()
+    a = np.radians(10 ** random.uniform(low, high, n))
+    low, high = np.log10(caps.times).tolist()
+    b = np.minimum(a * 10 ** random.uniform(low, high, n), np.pi / 2)
     place = random.uniform(*caps.place, n)
     inner = abs(a - b)
     g = np.where(place < -1, inner * (2 + place), inner + np.minimum(a, b) * (place + 1))

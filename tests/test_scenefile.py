@@ -94,7 +94,7 @@ def test_what_is_drawn_over() -> None:
         legend=(clrt.LegendEntry("Na", (0.5, 0, 1)),),
         cells=[
             clrt.Cell(((1, 0, 0), (0, 2, 0), (0.5, 0, 3))),
-            clrt.Cell(np.eye(3).tolist(), (-1, 0, 1)),
+            clrt.Cell(((1, 0, 0), (0, 1, 0), (0, 0, 1)), (-1, 0, 1)),
         ],
     )
     found = parse_scene(GOOD + film).film

@@ -44,7 +44,7 @@ def test_arrays_go_into_a_file_beside_it(kind: type, colored: bool, tmp_path: Pa
     random = np.random.default_rng(2)
     colors = random.uniform(0, 1, (500, 3)).astype(np.float32) if colored else None
     if colors is not None:
-        colors[:4] = [[0, 0, 0], [1, 1, 1], [1e-7, 0.0031308, 0.0031309], [0.5, 1, 0]]
+        colors[:4] = np.array([[0, 0, 0], [1, 1, 1], [1e-7, 0.0031308, 0.0031309], [0.5, 1, 0]])
     spheres = clrt.Spheres(
         random.normal(size=(500, 3)).astype(kind), random.uniform(0.1, 1, 500), "m", colors
     )
