@@ -105,3 +105,11 @@ def hidden_sky(half_angle: ArrayLike, g: ArrayLike) -> Array:
 def slope(counts: ArrayLike, errors: ArrayLike) -> float:
     """Of the logarithm of an error over that of a number of samples."""
     return float(np.polyfit(np.log(counts), np.log(errors), 1)[0])
+
+
+def lens_beyond(u: ArrayLike) -> Array:
+    """The part of a disc of radius 1 that lies beyond u: of a lens, what sees the far side of an
+    edge."""
+    u = np.clip(u, -1, 1)
+    part: Array = 0.5 - (u * np.sqrt(1 - u * u) + np.arcsin(u)) / np.pi
+    return part
