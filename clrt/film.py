@@ -1,6 +1,6 @@
 """The film: what is done to a picture after it was traced, always in this order:
 
-    depth cue -> outline -> cells, colour bar -> background -> clip -> transfer -> bytes
+    denoise -> depth cue -> outline -> cells, colour bar -> background -> clip -> transfer -> bytes
 
 The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
 (..., 4): linear red, green and blue, premultiplied by the alpha that comes last. What mirrored rays
@@ -44,14 +44,22 @@ def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
     return dtype != np.float32 and (alpha or dtype != np.uint8 or film.transfer != "linear")
 
 
-def line_width(film: Film) -> float:
-    """Of an outline at one sample a pixel: a line that is there has a pixel at least."""
-    return max(film.outline, 1.0) if film.outline > 0 else 0.0
+def line_width(film: Film, samples: int = 1) -> float:
+    """Of an outline. At one sample a pixel a line that is there has a pixel at least."""
+    least = 1.0 if samples == 1 else 0.0
+    return max(film.outline, least) if film.outline > 0 else 0.0
 
 
-def halo(film: Film) -> int:
+def blur(film: Film, samples: int) -> int:
+    """How far around a pixel its neighbours share their noise, pixels. From 16 samples on it would
+    spoil more than it mends."""
+    return 0 if not film.denoise or samples >= 16 else 2 if samples >= 4 else 4
+
+
+def halo(film: Film, samples: int = 1) -> int:
     """How many pixels around a region its steps look at."""
-    return int(line_width(film) / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
+    line = int(line_width(film, samples) / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
+    return max(line, int(samples > 1 and film.depth_cue != (0, 0)))
 
 
 class Seen(NamedTuple):
@@ -65,6 +73,8 @@ class Seen(NamedTuple):
     """(spheres,), world units."""
     picture: tuple[slice, slice]
     """Where in it the picture lies."""
+    samples: int = 1
+    """The most that a pixel gets. These are at its middle."""
 
 
 class Marks(NamedTuple):
@@ -94,11 +104,12 @@ def develop(
     """
     depth = line = None
     if seen is not None and film.outline > 0:
-        # At one sample a pixel: either its middle is on the line or it is not.
-        share = outline(seen.sphere, seen.depth, seen.radius, line_width(film))
-        line = share[seen.picture] > 0.5
+        width = line_width(film, seen.samples)
+        line = outline(seen.sphere, seen.depth, seen.radius, width)[seen.picture]
+        if seen.samples == 1:  # either the pixel's middle is on the line or it is not
+            line = line > 0.5
     if seen is not None and film.depth_cue != (0, 0):
-        depth = seen.depth[seen.picture]
+        depth = (seen.depth if seen.samples == 1 else up_to_edges(seen.depth))[seen.picture]
     rows = max(BLOCK // exposed.shape[1], 1)
     for start in range(0, len(exposed), rows):
         some = slice(start, start + rows)
@@ -114,6 +125,37 @@ def develop(
         if out.dtype.kind == "u":
             picture = integers(picture, out.dtype, film.transfer)
         out[some] = picture
+
+
+def denoised(picture: Array, sphere: Array, reach: int) -> Array:
+    """Each pixel's mean with those neighbours that show the same sphere, as far as `reach`, the
+    nearer the more: first along rows, then along columns.
+
+    sphere: (height, width), the index of the one that is seen in a pixel's middle, -1 for none.
+    """
+    for axis in (0, 1):
+        total, share = np.zeros_like(picture), np.zeros(sphere.shape, np.float32)
+        for step in range(-reach, reach + 1):
+            size = sphere.shape[axis]
+            here = (slice(None),) * axis + (slice(max(-step, 0), size - max(step, 0)),)
+            there = (slice(None),) * axis + (slice(max(step, 0), size - max(-step, 0)),)
+            alike = (sphere[here] == sphere[there]) * np.float32(np.exp(-2 * (step / reach) ** 2))
+            total[here] += alike[..., np.newaxis] * picture[there]
+            share[here] += alike
+        picture = total / share[..., np.newaxis]
+    return picture
+
+
+def up_to_edges(depth: Array) -> Array:
+    """Depths, also of pixels whose middle is just beside what they show a part of: the least of
+    their neighbours'."""
+    around = np.pad(depth, 1, constant_values=np.inf)
+    rows, columns = depth.shape
+    least = depth
+    for down in range(3):
+        for right in range(3):
+            least = np.minimum(least, around[down : down + rows, right : right + columns])
+    return np.where(np.isinf(depth), least, depth)
 
 
 def depth_cued(picture: Array, depth: Array, cue: tuple[float, float]) -> Array:

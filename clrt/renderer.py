@@ -21,7 +21,7 @@ from clrt.files.scenefile import as_scene
 from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
 from clrt.pack import LANES, PRECISIONS, Features, FilmKind, Precision
-from clrt.scene import Film, Scene
+from clrt.scene import Scene
 
 if TYPE_CHECKING:
     import pyopencl as cl
@@ -224,7 +224,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         shape = bottom - top, right - left, 3 + alpha
         if out is not None and (out.shape != shape or not out.flags.writeable):
             raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
-        kinds = exposures(scene.film, dtype, alpha, names)
+        kinds = exposures(scene, dtype, alpha, names)
         programs = {kind: self._programs_of(scene, kind) for kind in kinds}
         own = programs[kinds[0]]
         arguments = self._exposer.arguments(scene, width, height, own[0], self.kernel_seconds)
@@ -233,19 +233,31 @@ class Renderer(AbstractContextManager["Renderer"]):
         def expose(used: Sequence[Program], box: Region, **options: Any) -> tuple[Array, float]:
             return self._exposer.exposed(used, scene, arguments, size, box, **options)
 
-        if "passes" in programs:
-            margin = film.halo(scene.film)
-            x0, y0 = max(left - margin, 0), max(top - margin, 0)
-            around = x0, y0, min(right + margin, width), min(bottom + margin, height)
+        def grown(pixels: int) -> tuple[Region, tuple[slice, slice]]:
+            """The box with so many more around it, and where in that it lies."""
+            x0, y0 = max(left - pixels, 0), max(top - pixels, 0)
             inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
+            return (x0, y0, min(right + pixels, width), min(bottom + pixels, height)), inside
+
+        reach = noise(scene)
+        if "passes" in programs:
+            around, inside = grown(max(film.halo(scene.film, scene.samples), reach))
             quiet = None if progress is None else lambda rows: progress(0)
             looks, seconds = expose(programs["passes"], around, use="passes", progress=quiet)
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
             radius = self._exposer.world(scene).spheres.radius
-            seen = film.Seen(looks["id"], looks["depth"], radius, inside)
-        if film.has_steps(scene.film, dtype, alpha):
-            exposed, more = expose(own, box, use="exposed", progress=progress)
+            seen = film.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
+        if "alpha" in programs and (reach or film.has_steps(scene.film, dtype, alpha)):
+            around, inside = grown(reach)
+            exposed, more = expose(own, around, use="exposed", progress=progress)
+            if seen is not None and reach:
+                x, y = (
+                    seen.picture[1].start - inside[1].start,
+                    seen.picture[0].start - inside[0].start,
+                )
+                near = seen.sphere[y : y + len(exposed), x : x + exposed.shape[1]]
+                exposed = film.denoised(exposed, near, reach)[inside]
             image = self._exposer.blank(shape, dtype) if out is None else out
             depth = None if seen is None else seen.depth[seen.picture]
             marks = decorations.marks(scene, size, box, alpha, depth)
@@ -268,7 +280,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
             scene = self._resolver.scene(scene)
-            for kind in exposures(scene.film, film_dtype(dtype), alpha, check_passes(passes)):
+            for kind in exposures(scene, film_dtype(dtype), alpha, check_passes(passes)):
                 self._programs_of(scene, kind)
 
     def _programs_of(self, scene: Scene, kind: FilmKind) -> list[Program]:
@@ -325,12 +337,19 @@ def default_lanes(device: "cl.Device") -> int:
 
 
 def exposures(
-    look: Film, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
+    scene: Scene, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
 ) -> list[FilmKind]:
     """The films that kernels must make for a picture, its own first."""
+    look, reach = scene.film, noise(scene)
     plain: FilmKind = "float" if dtype == np.float32 else "bytes"
-    own: FilmKind = "alpha" if alpha or film.has_steps(look, dtype, alpha) else plain
-    return [own, "passes"] if passes or film.needs_passes(look) else [own]
+    own: FilmKind = "alpha" if alpha or reach or film.has_steps(look, dtype, alpha) else plain
+    return [own, "passes"] if passes or reach or film.needs_passes(look) else [own]
+
+
+def noise(scene: Scene) -> int:
+    """How far pixels share their noise, see film.blur(): there is none where nothing is drawn at
+    random."""
+    return film.blur(scene.film, scene.samples) if scene.is_random else 0
 
 
 def film_dtype(dtype: DTypeLike | None, out: Array | None = None) -> np.dtype[Any]:

@@ -256,3 +256,51 @@ def test_the_order() -> None:
     # The curve comes last.
     curved = developed(exposed, np.uint8, 3, transfer="srgb", seen=seen, **steps)[5, 8]
     assert curved.tolist() == [np.rint(255 * color.to_srgb(np.array(0.25)))] * 3
+
+
+def test_noise_is_shared_on_one_sphere_only() -> None:
+    """Against the mean with Gaussian weights over the pixels of the same sphere, written out."""
+    random = np.random.default_rng(3)
+    picture = random.random((9, 11, 4), np.float32)
+    sphere = np.zeros((9, 11), np.int32)
+    assert np.allclose(film.denoised(0 * picture + 0.5, sphere, 4), 0.5, atol=1e-6)
+    weight = np.exp(-2 * (np.arange(-2, 3) / 2) ** 2)
+    around = picture[2:7, 3:8]
+    mean = np.einsum("i,j,ijk->k", weight, weight, around) / weight.sum() ** 2
+    assert np.allclose(film.denoised(picture, sphere, 2)[4, 5], mean, atol=1e-6)
+    sphere[:, 5:] = 7
+    left = film.denoised(picture, sphere, 2)[:, :5]
+    picture[:, 5:] = 99
+    assert np.array_equal(film.denoised(picture, sphere, 2)[:, :5], left)
+
+
+@pytest.mark.parametrize(("samples", "reach"), [(1, 4), (3, 4), (4, 2), (15, 2), (16, 0)])
+def test_more_samples_share_less(samples: int, reach: int) -> None:
+    assert film.blur(Film(denoise=True), samples) == reach
+    assert film.blur(Film(), samples) == 0
+
+
+def test_an_edge_has_the_depth_of_what_it_shows() -> None:
+    depth = np.full((3, 4), np.inf)
+    depth[1, 0] = 2
+    depth[0, 0] = 3
+    found = film.up_to_edges(depth)
+    assert found.tolist() == [[3, 2, np.inf, np.inf], [2, 2, np.inf, np.inf], [2, 2, *[np.inf] * 2]]
+
+
+def test_a_line_is_smooth_with_samples() -> None:
+    """A thin one covers a pixel in part; with one sample it is there or not."""
+    sphere = np.full((6, 8), -1)
+    sphere[:, 4:] = 0
+    depth = np.where(sphere == 0, 1.0, np.inf)
+    exposed = np.zeros((6, 8, 4), np.float32)
+    look = Film(outline=0.5, outline_color=(1, 1, 1))
+    shares = []
+    for samples in (1, 16):
+        out = np.empty((6, 8, 4), np.float32)
+        everywhere = (slice(None), slice(None))
+        seen = film.Seen(sphere, depth, np.ones(1), everywhere, samples)
+        film.develop(exposed, look, out, seen)
+        shares.append(out[3, :, 3])
+    assert set(shares[0]) == {0, 1}
+    assert np.isclose(shares[1].sum(), 0.5)

@@ -511,7 +511,8 @@ def test_kernels_make_what_needs_no_step() -> None:
         (LOOKS["decorated"], byte, False, None, ["alpha", "passes"]),
         (clrt.Film(depth_cue=(1, 2)), byte, True, ["id"], ["alpha", "passes"]),
     ):
-        assert exposures(film, dtype, alpha, passes) == expected
+        scene = replace(clrt.load_scene("four-spheres"), film=film)
+        assert exposures(scene, dtype, alpha, passes) == expected
 
 
 def test_progress_counts_each_row_once(device: cl.Device) -> None:
@@ -550,3 +551,16 @@ def test_memory_is_taken_again_when_nobody_has_it() -> None:
         place = second.ctypes.data
         del second
         assert renderer.render("sunflower", 64, 36).ctypes.data == place
+
+
+def test_denoise_does_not_show_regions_and_ends_at_16_samples(device: cl.Device) -> None:
+    renderer, scene = renderer_for(device, 16), clrt.load_scene("four-spheres")
+    dim = clrt.AmbientLight(occlusion=True)
+    scene = replace(scene, shadow_bias=0.0, lights=(*scene.lights, dim), samples=2)
+    smooth = replace(scene, film=clrt.Film(denoise=True))
+    whole = renderer.render(smooth, 96, 54)
+    part = renderer.render(smooth, 96, 54, region=(13, 7, 61, 40))
+    assert np.array_equal(part, whole[7:40, 13:61])
+    enough = replace(smooth, samples=16)
+    plain = renderer.render(replace(scene, samples=16), 96, 54)
+    assert np.array_equal(renderer.render(enough, 96, 54), plain)
