@@ -1,15 +1,19 @@
 """Coloring: particles as spheres: how large they are, of which colour, and what that means."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Literal, NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from clrt import color as colors
 from clrt import elements, palette
+from clrt.decor import legend
 from clrt.errors import RequestError
 from clrt.particlefile import MATTE
 from clrt.particles import Particles
+from clrt.scene import Cell, Film
 from clrt.spheres import Spheres
 from clrt.values import Array, frozen, some
 
@@ -17,13 +21,17 @@ By = Literal["file", "element", "type", "material", "column"]
 
 
 class Colored(NamedTuple):
-    """Particles as spheres."""
+    """Particles as spheres, and what their colours mean."""
 
     spheres: Spheres
+    particles: Particles
     by: By
     """What they have their colours of."""
+    cmap: str
     clim: tuple[float, float] | None
     """What the ends of the map stand for, if it is of a column."""
+    cell: Cell | None
+    """The box that is to be drawn."""
 
 
 def colored(
@@ -35,6 +43,7 @@ def colored(
     color: str | None = None,
     cmap: str = "viridis",
     clim: tuple[float, float] | None = None,
+    cell: bool = False,
 ) -> Colored:
     """Particles as spheres, as a ParticleFile's fields of the same names say.
 
@@ -54,7 +63,43 @@ def colored(
         limits = palette.limits(column, clim)
         srgb = palette.of_values(column, cmap, limits)
     own = None if srgb is None else frozen(colors.linear(srgb))
-    return Colored(Spheres(particles.positions, frozen(radii), material, own), by, limits)
+    spheres = Spheres(particles.positions, frozen(radii), material, own)
+    return Colored(spheres, particles, by, cmap, limits, _cell(particles) if cell else None)
+
+
+def decorated(film: Film, parts: Sequence[Colored]) -> Film:
+    """A film with the boxes of particles, and what it asks for and does not say: the range and the
+    map of its colour bar, those of the first that are coloured by a column, or a legend, that of
+    the first that are coloured by element or type.
+
+    Raises:
+        RequestError: nothing is coloured so.
+    """
+    film = replace(film, cells=(*film.cells, *(part.cell for part in parts if part.cell)))
+    if not film.colorbar or film.legend:
+        return film
+    for part in parts:
+        if part.by == "column":
+            return replace(
+                film,
+                colorbar_cmap=film.colorbar_cmap or part.cmap,
+                colorbar_clim=film.colorbar_clim or part.clim,
+            )
+    if film.colorbar_clim is not None:
+        return film
+    for part in parts:
+        if part.by == "element" and part.particles.elements is not None:
+            return replace(film, legend=legend.of_elements(part.particles.elements))
+        if part.by == "type" and part.particles.types is not None:
+            entries = legend.of_types(part.particles.types, part.particles.type_names)
+            return replace(film, legend=entries)
+    raise RequestError("colorbar: expected particles coloured by a column, by element or by type")
+
+
+def _cell(particles: Particles) -> Cell:
+    if particles.cell is None:
+        raise RequestError("cell: expected particles in a box, got none")
+    return Cell(particles.cell, particles.origin)  # type: ignore[arg-type]
 
 
 def _radii(particles: Particles, radius: float | None) -> Array:

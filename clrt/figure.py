@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 
 from clrt import color, styles, view
-from clrt.coloring import colored
-from clrt.errors import RequestError
+from clrt.coloring import colored, decorated
+from clrt.decor import panel
 from clrt.particlefile import coloring
 from clrt.particles import Particles
 from clrt.scene import Film, Scene
@@ -81,26 +81,35 @@ def scene(particles: Particles, look: Look) -> Scene:
         color=look.color,
         cmap=look.cmap,
         clim=look.clim,
-    )
-    corners = np.zeros((0, 3))
-    if look.cell:
-        if particles.cell is None:
-            raise RequestError("cell: expected particles in a box, got none")
-        corners = particles.origin + CORNERS @ particles.cell
-    camera = view.holding(
-        made.spheres, corners, view.direction(look.view), look.size, look.projection, look.margin
+        cell=look.cell,
     )
     ground = color.to_linear(color.srgb("background", look.background))
+    film = Film(
+        background=tuple(ground.tolist()),
+        transparent=look.transparent,
+        transfer=look.transfer,
+        outline=style.outline,
+        colorbar=look.colorbar or "",
+    )
+    film = decorated(film, [made])
+    room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
+    box = made.cell
+    corners = np.zeros((0, 3)) if box is None else box.origin + CORNERS @ np.array(box.edges)
+    camera = view.holding(
+        made.spheres,
+        corners,
+        view.direction(look.view),
+        look.size,
+        look.projection,
+        look.margin,
+        min(room, (1 - 2 * look.margin) / 2),
+    )
+    extent = view.extent(made.spheres, corners) if style.reach > 0 else 0.0
     return Scene(
         camera=camera,
-        lights=styles.lights(style, camera, view.extent(made.spheres, corners)),
+        lights=styles.lights(style, camera, extent),
         materials={look.style: style.material},
         spheres=made.spheres,
-        film=Film(
-            background=tuple(ground.tolist()),
-            transparent=look.transparent,
-            transfer=look.transfer,
-            outline=style.outline,
-        ),
+        film=film,
         samples=look.samples,
     )

@@ -332,7 +332,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         require(good, "animation", "an Animation", self.animation)
         require(isinstance(self.film, Film), "film", "a Film", self.film)
         bar = self.film.colorbar and not self.film.legend
-        good = not bar or self.film.colorbar_clim is not None
+        good = not bar or self.film.colorbar_clim is not None or len(self.particles) > 0
         require(good, "film.colorbar_clim", "two numbers beside colorbar", None)
         count(self, "max_depth", 1, MAX_DEPTH)
         number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)

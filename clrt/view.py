@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from clrt import lens
 from clrt.errors import RequestError
 from clrt.scene import Camera
 from clrt.spheres import Spheres
@@ -55,6 +56,7 @@ def holding(
     size: tuple[int, int],
     projection: Projection = "orthographic",
     margin: float = 0.0,
+    room: float = 0.0,
 ) -> Camera:
     """The nearest camera that sees all of some spheres and points, or the smallest height of it.
 
@@ -63,6 +65,7 @@ def holding(
         towards: the way from the middle to the camera. Up is +z, or +y if it goes along z.
         size: of the picture, columns and rows.
         margin: the part of the picture that stays free at each of its sides.
+        room: the part that stays free at its right as well, for a colour bar.
 
     Raises:
         RequestError: there is nothing to see.
@@ -72,28 +75,37 @@ def holding(
     up = (0.0, 1.0, 0.0) if towards[0] == towards[1] == 0 else (0.0, 0.0, 1.0)
     axes = np.array(Camera(towards, (0.0, 0.0, 0.0), up).basis())
     aspect = size[0] / size[1]
-    inner = 1 - 2 * margin  # the part of the picture that is to be filled
+    # How far from the middle of the picture what is held may reach to the right, to the left and
+    # up, in halves of its width and height.
+    inner = 1 - 2 * margin
+    reach = np.array([[inner - 2 * room, inner], [inner, inner]])
     if projection == "orthographic":
         low, high = _extent(spheres, corners, axes)
-        middle, extent = low / 2 + high / 2, high - low
-        height = float(max(extent[1], extent[0] / aspect) / inner)
-        ahead = max(extent[2], height)
+        extent = high - low
+        height = float((extent[:2] / (aspect, 1) / reach.sum(axis=1)).max()) * 2
+        half = height / 2 * np.array([aspect, 1])
+        middle = low / 2 + high / 2
+        middle[:2] += half * (reach[:, 1] - reach[:, 0]) / 2
         look_at = middle @ axes
-        position = look_at + ahead * axes[2]
+        position = look_at + max(extent[2], height) * axes[2]
         return Camera(_point(position), _point(look_at), up, projection=projection, height=height)
-    half = math.tan(math.radians(FOV / 2)) * inner
-    slopes = np.array([half, half / aspect])
-    # The sides of the cone of view that touch what they hold: x + t z + r sqrt(1 + t^2) is largest
-    # there, z being towards the camera, and all four go through where the camera is.
-    sides = [
-        [_extent(spheres, corners, axes[[i]] * sign + slope * axes[2])[1][0] for sign in (1, -1)]
-        for i, slope in enumerate(slopes)
-    ]
-    x, y = (float(a - b) / 2 for a, b in sides)
-    z = max(float(a + b) / (2 * slope) for (a, b), slope in zip(sides, slopes, strict=True))
+    # Each side of the cone of view touches what it holds where x + t z + r sqrt(1 + t^2) is
+    # largest, t being its slope and z towards the camera; and it goes through where that is.
+    slopes = math.tan(math.radians(FOV / 2)) * reach / [[1], [aspect]]
+    sides = np.array(
+        [
+            [
+                _extent(spheres, corners, sign * axes[[i]] + slopes[i, j] * axes[2])[1][0]
+                for j, sign in enumerate((1, -1))
+            ]
+            for i in range(2)
+        ]
+    )
+    z = (sides.sum(axis=1) / slopes.sum(axis=1)).max()
+    x, y = (sides[:, 0] - slopes[:, 0] * z + slopes[:, 1] * z - sides[:, 1]) / 2
     low, high = _extent(spheres, corners, axes[[2]])
     position = np.array([x, y, z])
-    look_at = np.array([x, y, float(low[0] / 2 + high[0] / 2)])
+    look_at = np.array([x, y, low[0] / 2 + high[0] / 2])
     return Camera(_point(position @ axes), _point(look_at @ axes), up, FOV)
 
 
@@ -109,15 +121,15 @@ def _extent(spheres: Spheres, corners: Array, axes: Array) -> tuple[Array, Array
     axes: (m, 3), of any length: along one of length l a sphere reaches l r from its middle.
     """
     length = np.linalg.norm(axes, axis=1)
-    low, high = np.full(len(axes), np.inf), np.full(len(axes), -np.inf)
-    for i, axis in enumerate(axes):
-        # Not a product of matrices: what that rounds to depends on how they lie in memory.
-        x, y, z = (part * one for part, one in zip(spheres.center.T, axis, strict=True))
-        along = x + y + z
-        reach = length[i] * spheres.radius
-        points = corners @ axis
-        low[i] = min((along - reach).min(initial=np.inf), points.min(initial=np.inf))
-        high[i] = max((along + reach).max(initial=-np.inf), points.max(initial=-np.inf))
+    along = corners @ axes.T
+    low, high = along.min(axis=0, initial=np.inf), along.max(axis=0, initial=-np.inf)
+    for block in lens.blocks(len(spheres)):
+        center, radius = spheres.center[block].astype(float).T, spheres.radius[block]
+        for i, (x, y, z) in enumerate(axes):
+            # Not a product of matrices: what that rounds to depends on how they lie in memory.
+            middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius
+            low[i] = min(low[i], (middle - reach).min())
+            high[i] = max(high[i], (middle + reach).max())
     return low, high
 
 

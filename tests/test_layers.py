@@ -14,14 +14,15 @@ LAYERS = [
         "color elements files.image files.particles.text light opencl.pocl palette particles "
         "spheres",
         "files.particles.columns files.particles.trajectory opencl.device particlefile",
-        "coloring files.particles.arrays files.particles.csv files.particles.hoomd "
+        "files.particles.arrays files.particles.csv files.particles.hoomd "
         "files.particles.lammps files.particles.molecules files.particles.ply "
         "files.particles.xyz opencl.program scene",
         "decor.legend files.particles.objects files.scenefile files.scenewriter film glass "
-        "lens styles view",
-        "decor.cell decor.panel figure files.numbered files.particles.reader moves options pack",
-        "decor.decorations exposer files.figures files.resolved files.video",
-        "reference",
+        "lens styles",
+        "coloring decor.cell decor.panel files.numbered files.particles.reader moves options "
+        "pack view",
+        "decor.decorations exposer figure files.resolved files.video",
+        "files.figures reference",
         "trial",
         "renderer",
         "animation picture",

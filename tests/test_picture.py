@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from msgspec.structs import replace
 from PIL import Image
 
 import clrt
 from clrt import color, palette
 from clrt.cli import main
+from clrt.decor import panel
 from clrt.view import PROJECTIONS
 
 RANDOM = np.random.default_rng(5)
@@ -55,6 +57,9 @@ SAME: list[tuple[list[str], dict[str, Any]]] = [
     (["--style", "mirror", "--view", "z"], {"style": "mirror", "view": (0, 0, 2)}),
     (["--background", "#203040"], {"background": (0x20 / 255, 0x30 / 255, 0x40 / 255)}),
     (["--transparent"], {"transparent": True}),
+    (["--cell", "--view", "-x"], {"cell": True, "view": "-x"}),
+    (["--color", "speed", "--colorbar", "speed"], {"color": "speed", "colorbar": "speed"}),
+    (["--colorbar", " "], {"colorbar": " "}),
 ]  # fmt: skip
 
 
@@ -159,6 +164,45 @@ def test_colours_by_every_way() -> None:
     assert (drawn(colors=many, color="x") == drawn(colors=many)).all()
     assert (drawn(values=SPEED, color="x") == color.linear(palette.of_values(SPEED))).all()
     assert (drawn(color="x") == color.linear(palette.of_values(AT[:, 0]))).all()
+
+
+def test_a_bar_says_what_the_colours_mean() -> None:
+    """And a legend of elements or types; what is drawn stays left of them."""
+
+    def film(**given: Any) -> clrt.Film:
+        particles = clrt.read({"positions": AT, "types": np.arange(N) % 3, "numbers": [6] * N})
+        options = {**SMALL, "size": (640, 480), "samples": 1, "colorbar": "all"}
+        picture = clrt.plot(particles, **{**options, **given})
+        clear = clrt.plot(particles, **{**options, **given, "transparent": True, "margin": 0.0})
+        bar = panel.room(clear.scene.film, (640, 480))
+        bare = replace(clear.scene, film=replace(clear.scene.film, colorbar=""))
+        alpha = RENDERER.render(bare, 640, 480, alpha=True)[..., 3]
+        assert not alpha[:, 640 - bar + 1 :].any()
+        assert alpha[1].any() or alpha[:, 1].any()
+        return picture.scene.film
+
+    bar = film(values=SPEED, cmap="plasma")
+    assert bar.colorbar_cmap == "plasma"
+    assert bar.colorbar_clim == (SPEED.min(), SPEED.max())
+    assert film(values=SPEED, clim=(0, 1)).colorbar_clim == (0, 1)
+    assert [entry.name for entry in film().legend] == ["C"]
+    assert [entry.name for entry in film(color="type").legend] == ["0", "1", "2"]
+    with pytest.raises(clrt.RequestError, match="colorbar: expected particles coloured by a colu"):
+        film(colors="red")
+
+
+def test_a_box_is_the_particles_or_another() -> None:
+    cell = np.diag([1.0, 2.0, 3.0])
+    particles = clrt.read({"positions": AT, "cell": cell, "origin": [1.0, 0.0, 0.0]})
+    options = {**SMALL, "radii": 0.5}
+    (own,) = clrt.plot(particles, cell=True, **options).scene.film.cells
+    assert own == clrt.Cell(tuple(map(tuple, cell.tolist())), (1, 0, 0))
+    (other,) = clrt.plot(AT, cell=20 * cell, **options).scene.film.cells
+    assert other == clrt.Cell(tuple(map(tuple, (20 * cell).tolist())))
+    assert clrt.plot(particles, cell=False, **options).scene.film.cells == ()
+    height = clrt.plot(AT, cell=20 * cell, **options).scene.camera.height
+    assert height is not None
+    assert height > 60  # it is in view as well
 
 
 def test_masked_particles_are_not_there() -> None:

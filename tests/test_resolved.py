@@ -124,6 +124,30 @@ def test_what_was_read_is_kept_while_the_file_stays(path: Path) -> None:
         resolver.scene(scene)
 
 
+def test_a_colour_bar_is_that_of_the_first_column(path: Path) -> None:
+    scene = clrt.load_scene(path)
+    look = clrt.Film(colorbar="speed")
+    film = resolved(replace(scene, film=look)).film
+    assert (film.colorbar_cmap, film.colorbar_clim) == ("plasma", (0, 4))
+    own = clrt.Film(colorbar="speed", colorbar_cmap="turbo", colorbar_clim=(1, 2))
+    assert resolved(replace(scene, film=own)).film == own
+    types = resolved(replace(scene, film=look, particles=scene.particles[:1])).film
+    assert [entry.name for entry in types.legend] == ["0", "1"]
+    bare = replace(scene.particles[0], color="material")
+    with pytest.raises(clrt.SceneError, match=r"film\.colorbar: expected particles coloured by"):
+        resolved(replace(scene, film=look, particles=[bare]))
+
+
+def test_a_box_is_drawn_where_there_is_one(path: Path) -> None:
+    np.savez(path.parent / "c.npz", positions=A, cell=[1.0, 2.0, 3.0], origin=[4.0, 5.0, 6.0])
+    boxed = clrt.ParticleFile(str(path.parent / "c.npz"), radius=1, cell=True)
+    scene = replace(clrt.load_scene(path), particles=[boxed])
+    edges = ((1, 0, 0), (0, 2, 0), (0, 0, 3))
+    assert resolved(scene).film.cells == (clrt.Cell(edges, (4, 5, 6)),)
+    with pytest.raises(clrt.SceneError, match=r"particles\[0\]\.cell: expected particles in a box"):
+        resolved(replace(scene, particles=[replace(boxed, file=str(path.parent / "atoms/a.npz"))]))
+
+
 def test_a_scene_without_them_stays_itself() -> None:
     scene = clrt.load_scene("four-spheres")
     assert resolved(scene) is scene

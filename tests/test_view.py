@@ -79,6 +79,21 @@ def test_the_camera_stands_where_it_is_said(projection: view.Projection) -> None
             assert up[2] > 0
 
 
+@pytest.mark.parametrize("projection", view.PROJECTIONS)
+@pytest.mark.parametrize("size", SIZES, ids=str)
+def test_there_is_room_at_the_right(size: tuple[int, int], projection: view.Projection) -> None:
+    """For a colour bar: 0.3 of the width beside a margin of 0.1."""
+    for spheres in (CLOUDS["one"], CLOUDS["cloud"], CLOUDS["flat"]):
+        camera = view.holding(spheres, NO_POINTS, (1, 1, 1), size, projection, 0.1, 0.3)
+        left, right, bottom, top = on_screen(camera, spheres, size)
+        ends = np.array(
+            [-left.min() / 0.8, right.max() / 0.2, -bottom.min() / 0.8, top.max() / 0.8]
+        )
+        assert ends.max() == pytest.approx(1)
+        filled = ends.reshape(2, 2).min(axis=1).max() if projection == "orthographic" else 1
+        assert filled == pytest.approx(1)
+
+
 def test_nothing_is_behind_the_camera() -> None:
     """Depths of the pass are counted from its position."""
     for projection in view.PROJECTIONS:

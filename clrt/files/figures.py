@@ -45,4 +45,6 @@ def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
         clim=look.clim,
         cell=look.cell,
     )
-    return replace(scene, spheres=(), particles=(one,))
+    # What the particles add to it they add again.
+    film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
+    return replace(scene, spheres=(), particles=(one,), film=film)

@@ -2,15 +2,19 @@
 
 import os
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import msgspec
 from msgspec.structs import replace
 
 from clrt.errors import RequestError, SceneError
 from clrt.particlefile import MATTE, ParticleFile
-from clrt.scene import Scene
+from clrt.scene import Film, Scene
 from clrt.spheres import Spheres
 from clrt.styles import STYLES
+
+if TYPE_CHECKING:
+    from clrt.coloring import Colored
 
 
 class Resolver:
@@ -20,7 +24,7 @@ class Resolver:
     def __init__(self) -> None:
         self._key: Any = None
         self._own: Any = None
-        self._spheres: Spheres | None = None
+        self._made: tuple[Spheres, Film] | None = None
 
     def scene(self, scene: Scene) -> Scene:
         """The scene, with its particles as spheres after its own.
@@ -32,16 +36,15 @@ class Resolver:
         """
         if not scene.particles:
             return scene
-        key = scene.particles, [_state(one) for one in scene.particles]
-        if key != self._key or self._own is not scene.spheres or self._spheres is None:
-            self._key = self._spheres = None  # the old go before the new come
-            parts = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
-            parts += [_spheres(i, one) for i, one in enumerate(scene.particles)]
-            self._key, self._own, self._spheres = key, scene.spheres, Spheres.joined(parts)
+        key = scene.particles, [_state(one) for one in scene.particles], scene.film
+        if key != self._key or self._own is not scene.spheres or self._made is None:
+            self._made = None  # the old goes before the new comes
+            self._key, self._own, self._made = key, scene.spheres, _read(scene)
+        spheres, film = self._made
         materials = scene.materials
         if any(one.material == MATTE for one in scene.particles):
             materials = {MATTE: STYLES[MATTE].material} | materials
-        return replace(scene, spheres=self._spheres, particles=(), materials=materials)
+        return replace(scene, spheres=spheres, particles=(), materials=materials, film=film)
 
 
 def resolved(scene: Scene) -> Scene:
@@ -49,8 +52,21 @@ def resolved(scene: Scene) -> Scene:
     return Resolver().scene(scene)
 
 
-def _spheres(i: int, one: ParticleFile) -> Spheres:
-    from clrt.coloring import colored  # what scenes without particles have no need of
+def _read(scene: Scene) -> tuple[Spheres, Film]:
+    """All its spheres, and its film with what particles add to it."""
+    from clrt.coloring import decorated  # what scenes without particles have no need of
+
+    parts = [_colored(i, one) for i, one in enumerate(scene.particles)]
+    own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
+    try:
+        film = decorated(scene.film, parts)
+    except RequestError as error:
+        raise SceneError(f"film.{error}") from None
+    return Spheres.joined([*own, *(part.spheres for part in parts)]), film
+
+
+def _colored(i: int, one: ParticleFile) -> "Colored":
+    from clrt.coloring import colored
     from clrt.files.particles.reader import read
 
     where = f"particles[{i}]"
@@ -58,16 +74,10 @@ def _spheres(i: int, one: ParticleFile) -> Spheres:
         particles = read(one.file, one.frame)
     except RequestError as error:
         raise SceneError(f"{where}.file: {error}") from None
+    drawn = msgspec.structs.asdict(one)
+    del drawn["file"], drawn["frame"]
     try:
-        return colored(
-            particles,
-            material=one.material,
-            radius=one.radius,
-            scale=one.scale,
-            color=one.color,
-            cmap=one.cmap,
-            clim=one.clim,
-        ).spheres
+        return colored(particles, **drawn)
     except RequestError as error:
         raise SceneError(f"{where}.{error}, {one.file}") from None
 
