@@ -103,6 +103,16 @@ SCENES = {
 }  # fmt: skip
 
 
+LENS = replace(CAMERA, aperture_radius=0.05, focus_distance=2.5)
+SKY = clrt.AmbientLight(occlusion=True, distance=0.7)
+LAMPS = [replace(light, radius=1.0) for light in LIGHTS]
+AT_RANDOM = {
+    "a lens, lamps and a sky": scene_of(*cloud(300), camera=LENS, lights=[*LAMPS, SKY], samples=3),
+    "glass under a sky": glassy(scene_of(*cloud(300), lights=[SKY], samples=3)),
+}
+"""The truth knows none of it: see tests/test_random.py."""
+
+
 @pytest.fixture
 def ways(monkeypatch: pytest.MonkeyPatch):
     """Pictures of a scene by each way through its tree, the last one without: all, in turn."""
@@ -129,9 +139,9 @@ def ways(monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize("lanes", [16])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [*SCENES, *AT_RANDOM])
 def test_every_way_gives_the_same_bits(device: cl.Device, ways, name: str, lanes: int) -> None:
-    found = ways(device, lanes, "robust", SCENES[name])
+    found = ways(device, lanes, "robust", {**SCENES, **AT_RANDOM}[name])
     assert found["the list"].any()
     for way, image in found.items():
         assert (image == found["the list"]).all(), way
