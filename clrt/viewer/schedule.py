@@ -17,6 +17,10 @@ FLUENT = 1 / 30
 """Between two pictures that move."""
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625)
 """Of the sides of a picture that moves."""
+AGAIN = 60
+"""Pictures after which a size is tried again that took too long."""
+GAIN = 0.9
+"""Of the time that a picture takes, at most, if it was worth it to make it smaller."""
 MORE = 4
 """Times as many samples as the picture before has one at rest."""
 
@@ -31,6 +35,47 @@ class Task(NamedTuple):
     moves: bool = False
 
 
+class Pace:
+    """How large pictures can be that move: found by trial, for not all that takes time shrinks with
+    them."""
+
+    def __init__(self) -> None:
+        self._step = 2  # of SCALES
+        self._left: int | None = None  # the step that was left for this one, which is smaller
+        self._number = 0
+        self._loads: dict[int, tuple[float, int]] = {}  # of steps, and when they were tried
+
+    @property
+    def scale(self) -> float:
+        return SCALES[self._step]
+
+    def _load(self, step: int) -> float:
+        """As far as is known; 0: it can be tried."""
+        load, number = self._loads.get(step, (0.0, 0))
+        return load if self._number < number + AGAIN else 0.0
+
+    def took(self, scale: float, load: float) -> None:
+        """load: of a picture of that scale, in parts of the time that there is."""
+        step = SCALES.index(scale)
+        # Half way at a time: one slow picture says little.
+        load = (load + (self._load(step) or load)) / 2
+        self._number += 1
+        self._loads[step] = load, self._number
+        if step != self._step:  # begun before the last one was judged
+            return
+        if load <= 1:
+            if step > 0 and self._load(step - 1) <= 1:
+                self._step, self._left = step - 1, None
+        elif self._left is not None and load > GAIN * self._load(self._left):
+            self._step, self._left = self._left, None  # it is not their size that takes time
+        else:
+            smaller = range(step + 1, len(SCALES))
+            fitting = (i for i in smaller if load * (SCALES[i] / scale) ** 2 < 2)
+            down = next(fitting, len(SCALES) - 1)
+            if self._load(down) < GAIN * load:
+                self._step, self._left = down, step
+
+
 class Schedule:
     """Of one page."""
 
@@ -41,7 +86,8 @@ class Schedule:
         self._changed = 0.0  # when
         self._number = 0
         self._under_way: dict[int, tuple[Task, float]] = {}  # and when it was begun
-        self._area = SCALES[2] ** 2  # of a picture, that is fast enough
+        self._shown = 0.0  # when the last one was
+        self._pace = Pace()
 
     def change(self, now: float, samples: int) -> None:
         """samples: of the last picture at rest."""
@@ -58,8 +104,7 @@ class Schedule:
             return self._changed + REST - now
         self._number += 1
         if self.moves:
-            scale = next((scale for scale in SCALES if scale**2 <= self._area), SCALES[-1])
-            task = Task(self._number, 1, scale, moves=True)
+            task = Task(self._number, 1, self._pace.scale, moves=True)
             self.moves = False
         else:
             samples = self._steps.pop(0)
@@ -85,7 +130,6 @@ class Schedule:
         """
         task, begun = self._under_way.pop(number, (None, 0.0))
         if task is not None and task.moves:
-            load = max(busy / BUDGET, (now - begun) / (AHEAD * FLUENT), 1e-3)
-            fitting = task.scale**2 / load
-            # Half way at a time: one slow picture says little.
-            self._area = min(max((self._area + fitting) / 2, SCALES[-1] ** 2), 4.0)
+            waited = now - max(begun, self._shown)  # for this one alone
+            self._pace.took(task.scale, max(busy / BUDGET, waited / FLUENT))
+        self._shown = now
