@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from clrt.renderer import Renderer, render
     from clrt.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
     from clrt.spheres import Sphere, Spheres
+    from clrt.viewer.notebook import show
 
 # Where each public name comes from. It is imported when it is first used, for the command line
 # needs little of it, and to import all takes as long as to render a 4K picture.
@@ -69,6 +70,7 @@ _HOMES = {
         "Scene",
     ),
     "clrt.spheres": ("Sphere", "Spheres"),
+    "clrt.viewer.notebook": ("show",),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
     "clrt.files.scenewriter": ("save_scene",),
 }
@@ -112,6 +114,7 @@ __all__ = [
     "render_frame",
     "save",
     "save_scene",
+    "show",
 ]
 
 

@@ -575,7 +575,7 @@ def view(
 
     given = {"precision": precision, "lanes": lanes, "device": device}
     words = [w for k, v in given.items() if v not in (None, "robust") for w in (f"--{k}", str(v))]
-    looked_at = subject.of_scene(scene, words)
+    looked_at = subject.of(scene, words)
     first = Session(looked_at, samples).scene
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         renderer.prepare(first, "uint8")  # in this thread: clrt.opencl.pocl.signals_kept

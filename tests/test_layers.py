@@ -29,7 +29,8 @@ LAYERS = [
         "cluster viewer.subject",
         "viewer.session",
         "viewer.painter",
-        "viewer.server",
+        "viewer.server viewer.canvas",
+        "viewer.notebook",
         "cli",
         "__main__",
     )

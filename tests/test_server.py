@@ -28,7 +28,7 @@ from clrt.cli import main
 from clrt.errors import RequestError
 from clrt.viewer.server import MESSAGE, View
 from clrt.viewer.session import Session
-from clrt.viewer.subject import Subject, of_scene
+from clrt.viewer.subject import Subject, of
 
 NONSENSE = ["nonsense", '{"do": "fly"}', b"\xff\xfe", "x" * (MESSAGE + 1), "[" * MESSAGE]
 
@@ -53,7 +53,7 @@ def renderer() -> Iterator[clrt.Renderer]:
 @pytest.fixture(params=["four-spheres"])
 def served(request: pytest.FixtureRequest, renderer: clrt.Renderer) -> Iterator[Served]:
     given = request.param
-    subject = given if isinstance(given, Subject) else of_scene(given)
+    subject = given if isinstance(given, Subject) else of(given)
     view = View(renderer, lambda: Session(subject), "a <title>")
     with view.listen("127.0.0.1", 0) as listening:
         thread = threading.Thread(target=listening.serve_forever)
@@ -226,7 +226,7 @@ def test_two_clients_move_for_themselves(served: Served) -> None:
 
 
 def test_an_error_is_told(renderer: clrt.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    view = View(renderer, lambda: Session(of_scene("four-spheres")), "")
+    view = View(renderer, lambda: Session(of("four-spheres")), "")
 
     def fail(*given: Any, **options: Any) -> None:
         raise clrt.OutputError("no memory")
@@ -242,7 +242,7 @@ def test_an_error_is_told(renderer: clrt.Renderer, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_port_that_is_taken(renderer: clrt.Renderer) -> None:
-    view = View(renderer, lambda: Session(of_scene("four-spheres")), "")
+    view = View(renderer, lambda: Session(of("four-spheres")), "")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(RequestError, match=f"--port {port}: Address already in use"):

@@ -15,9 +15,9 @@ from clrt import moves
 from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
 from clrt.viewer.session import FOV, MESSAGES, Change, Pick, Session, Shown
-from clrt.viewer.subject import Subject, described, of_scene
+from clrt.viewer.subject import Subject, described, of
 
-FOUR = of_scene("four-spheres")
+FOUR = of("four-spheres")
 START = clrt.load_scene("four-spheres").camera
 
 
@@ -89,7 +89,7 @@ def test_samples() -> None:
 
 
 def test_frames() -> None:
-    subject = of_scene("orbit")
+    subject = of("orbit")
     assert (subject.frames, subject.fps) == (120, 30)
     found = session({"do": "sample", "samples": 4}, {"do": "frame", "frame": 30}, subject=subject)
     expected = camera_at(clrt.load_scene("orbit"), 30)
@@ -111,7 +111,7 @@ def test_frames() -> None:
     ],
 )
 def test_the_command_and_toml_say_what_is_seen(messages: list[dict]) -> None:
-    subject = of_scene("four-spheres", ["--precision", "double"])
+    subject = of("four-spheres", ["--precision", "double"])
     shot = session(*messages, subject=subject).shot
     assert shot is not None
     words = shlex.split(shot.command)

@@ -65,7 +65,7 @@ class Picture(NamedTuple):
 
 
 class Painter:
-    """Threads for one page, as long as a `with` lasts."""
+    """Two threads for one page, from start() to close()."""
 
     def __init__(
         self, stage: Stage, session: Session, send: Callable[[dict[str, Any], bytes], None]
@@ -78,14 +78,17 @@ class Painter:
         self._busy: dict[int, float] = {}
         self._is_closed = False
         self._rendered: queue.Queue[Picture | None] = queue.Queue(1)
-        self._threads = [threading.Thread(target=work) for work in (self._draw, self._encode)]
+        self._threads = [
+            threading.Thread(target=w, daemon=True) for w in (self._draw, self._encode)
+        ]
 
-    def __enter__(self) -> Self:
+    def start(self) -> Self:
         for thread in self._threads:
             thread.start()
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def close(self) -> None:
+        """Ends what is under way."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()

@@ -5,7 +5,7 @@ import json
 import logging
 import secrets
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from http import HTTPStatus
 from string import Template
 from typing import Any
@@ -35,7 +35,11 @@ PAGE = Template("""<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width">
 <title>$title</title>
-<style nonce="$nonce">$style</style>
+<style nonce="$nonce">
+:root { color-scheme: light dark; }
+body { margin: 0; }
+#view { height: 100vh; }
+$style</style>
 <main id="view"></main>
 <script type="module" nonce="$nonce">$script</script>
 </html>
@@ -129,7 +133,8 @@ class View:
                 connection.send(json.dumps(header).encode() + b"\n" + file)
 
         session = self._new_session()
-        with suppress(ConnectionClosed), Painter(self._stage, session, send) as painter:
+        painter = Painter(self._stage, session, send).start()
+        with suppress(ConnectionClosed), closing(painter):
             send({"about": session.about}, b"")
             for text in connection:
                 try:

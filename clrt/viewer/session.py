@@ -91,7 +91,9 @@ class Shot(Struct, frozen=True):
 
     @property
     def command(self) -> str:
-        """The command that makes this picture, but for its file's name."""
+        """The command that makes this picture, but for its file's name; "" if there is none."""
+        if not self.subject.words:
+            return ""
         width, height = map(str, self.size)
         words = ["clrt", "render", *self.subject.words, "--width", width, "--height", height]
         words += ["--samples", str(self.scene.samples)]
@@ -138,7 +140,7 @@ class Session:
         """What a page is told once."""
         subject = self.subject
         return {
-            "name": subject.words[0],
+            "name": subject.words[0] if subject.words else "picture",
             "spheres": len(self.scene.spheres),
             "frames": subject.frames,
             "fps": subject.fps,

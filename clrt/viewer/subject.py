@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from msgspec.structs import replace
 
 from clrt.animation import Way, all_frames
-from clrt.files.scenefile import load_scene
+from clrt.files.scenefile import as_scene
 from clrt.scene import Scene
 
 
@@ -16,22 +17,26 @@ class Subject:
     """A scene, or one a frame."""
 
     words: Sequence[str]
-    """Of `clrt render`, which draw it but for its camera, size and samples: its name first."""
+    """Of `clrt render`, which draw it but for its camera, size and samples: its name first. None
+    where it is no file."""
     at: Callable[[int], Scene]
     """The scene of a frame."""
     frames: int = 1
     fps: float = 30.0
 
 
-def of_scene(name: str, words: Sequence[str] = ()) -> Subject:
-    """A scene file, and the frames of its animation.
+def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
+    """A scene, and the frames of its animation.
 
-    words: of `clrt render`, beside the name.
+    Args:
+        source: a scene, or what load_scene() takes.
+        words: of `clrt render`, beside the name.
 
     Raises:
         SceneError: it cannot be read, or is not a scene.
     """
-    scene, words = load_scene(name), (name, *words)
+    scene = as_scene(source)
+    words = () if isinstance(source, Scene) else (str(source), *words)
     if scene.animation is None:
         return Subject(words, lambda frame: scene)
     way = Way(scene)

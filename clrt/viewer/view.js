@@ -73,7 +73,8 @@ export function view(root, send) {
       controls(header);
       if (header.final && header.changes === changes) {
         final = { ...header, file };
-        for (const button of ["save", "command", "toml"]) form[button].disabled = false;
+        form.save.disabled = form.toml.disabled = false;
+        form.command.disabled = !header.command;
       }
       root.dispatchEvent(new CustomEvent("picture", { detail: header, bubbles: true }));
     }

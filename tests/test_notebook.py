@@ -1,0 +1,126 @@
+"""A scene on a canvas among the cells of a notebook."""
+
+import asyncio
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from benchmarks import chromium
+from benchmarks.chromium import Chromium, Page
+
+MARIMO = """
+import marimo
+
+app = marimo.App()
+
+@app.cell
+def _():
+    import clrt
+    clrt.show("four-spheres")
+
+app.run() if __name__ == "__main__" else None
+"""
+# Marimo keeps what a cell shows in shadow trees.
+FIND = """(function find(node) {
+  for (const element of node.querySelectorAll("*")) {
+    if (element.matches(".clrt-view")) return element;
+    const found = element.shadowRoot && find(element.shadowRoot);
+    if (found) return found;
+  }
+})(document)"""
+READY = f"(view => view && !view.querySelector('button[name=save]').disabled)({FIND})"
+
+
+def test_each_view_is_painted() -> None:
+    async def shown() -> None:
+        canvas = clrt.show(clrt.load_scene("four-spheres"))
+        sent: asyncio.Queue[tuple[dict[str, Any], list[bytes]]] = asyncio.Queue()
+        canvas.send = lambda content, files: sent.put_nowait((content, files))
+
+        def say(view: str, message: object) -> None:
+            canvas._heard(canvas, {"view": view, "message": message}, [])
+
+        say("a", None)
+        say("b", None)
+        for _ in "ab":
+            content, _ = await asyncio.wait_for(sent.get(), 30)
+            assert content["header"]["about"]["spheres"] == 4
+        say("a", {"do": "resize", "width": 40, "height": 20})
+        while True:
+            content, files = await asyncio.wait_for(sent.get(), 60)
+            assert content["view"] == "a"
+            assert "error" not in content["header"]
+            say("a", {"do": "shown", "number": content["header"]["number"]})
+            if content["header"]["final"]:
+                break
+        assert files[0].startswith(b"\x89PNG")
+        assert content["header"]["command"] == ""  # it is no file
+        say("a", False)
+        say("b", False)
+        say("b", {"do": "reset"})  # too late
+        assert not canvas._painters
+
+    asyncio.run(shown())
+
+
+def test_outside_of_a_notebook() -> None:
+    with pytest.raises(clrt.RequestError, match="in a notebook"):
+        clrt.show("four-spheres")
+
+
+def test_without_anywidget(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "clrt.viewer.canvas", None)
+    with pytest.raises(clrt.RequestError, match="pip install anywidget"):
+        clrt.show("four-spheres")
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Iterator[Page]:
+    """A notebook of Marimo."""
+    if chromium.PROGRAM is None or find_spec("marimo") is None:
+        pytest.skip("no chromium or no marimo")
+    (tmp_path / "notebook.py").write_text(MARIMO)
+    words = ["run", "notebook.py", "--headless", "--no-token", "--port", "0"]
+    with (tmp_path / "log").open("wb") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "marimo", *words], cwd=tmp_path, stdout=log, stderr=log
+        )
+    try:
+        while "http://" not in (said := (tmp_path / "log").read_text()):
+            assert process.poll() is None, said
+            time.sleep(0.1)
+        address = said.partition("http://")[2].split()[0]
+        with Chromium(tmp_path / "profile", (900, 700)) as browser:
+            yield browser.open(f"http://{address}")
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_marimo(page: Page) -> None:
+    page.wait(READY, 60)
+    canvas = f"{FIND}.querySelector('canvas')"
+    pixels, width, height = json.loads(
+        page.value(
+            f"(c => JSON.stringify([Array.from(c.getContext('2d').getImageData("
+            f"0, 0, c.width, c.height).data), c.width, c.height]))({canvas})"
+        )
+    )
+    seen = np.array(pixels, np.uint8).reshape(height, width, 4)[..., :3]
+    expected = clrt.render("four-spheres", width, height, dtype="uint8")
+    assert (seen == expected).all()
+    x, y = page.value(f"(b => [b.x + 100, b.y + 100])({canvas}.getBoundingClientRect())")
+    page.drag((x, y), (x + 20, y), (x + 60, y + 10))
+    page.wait(READY)
+    page.value(f"{FIND}.querySelector('button[name=command]').click()")
+    assert "position" in page.value(f"{FIND}.querySelector('pre').textContent")
