@@ -81,14 +81,6 @@ static Sum sum_of(Sum a, Sum b) {
     return sum;
 }
 
-// Whether the mean of n samples that lie so far apart may be off by more than 1/255: an edge that
-// parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
-#define ENOUGH REAL(127.5)
-static real range_that_is_enough(int n) {
-    real root = sqrt((real)n);
-    return root * sqrt(root) / ENOUGH;
-}
-
 #ifdef GATHER
 
 // The mean of several samples of each pixel of a packet.
@@ -99,7 +91,6 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
 #endif
 ) {
     Sum sum = {vector(0, 0, 0), 0};
-    Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
 #ifdef RANDOM
     Draw draw = {table, (samples + BATCH - 1) / BATCH * BATCH, 0, hash_of_pixels(column, row), 0};
 #endif
@@ -118,7 +109,6 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
             Sample sample = traced(scene, here);
 #endif
             block = with(block, sample, going);
-            low = lower3(low, sample.color), high = higher3(high, sample.color);
 #ifdef HASHED
             path = path * 16777619 + sample.path;
 #endif
@@ -131,9 +121,6 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
 #ifndef LENS
         going &= sum.alpha > 0;
 #endif
-#else
-        Vector range = minus(high, low);
-        going &= larger(range.x, larger(range.y, range.z)) > range_that_is_enough(end);
 #endif
     }
     // Not times 1 / count: of what is 1 everywhere the mean is 1, to the bit.
@@ -143,6 +130,14 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
 }
 
 #else
+
+// Whether the mean of n samples that lie so far apart may be off by more than 1/255: an edge that
+// parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
+#define ENOUGH REAL(127.5)
+static real range_that_is_enough(int n) {
+    real root = sqrt((real)n);
+    return root * sqrt(root) / ENOUGH;
+}
 
 // The mean of several samples of one pixel.
 static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points) {
@@ -165,6 +160,11 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         real range = JOIN(most, LANES)(high.x) - JOIN(least, LANES)(low.x);
         range = max(range, JOIN(most, LANES)(high.y) - JOIN(least, LANES)(low.y));
         range = max(range, JOIN(most, LANES)(high.z) - JOIN(least, LANES)(low.z));
+#ifdef FILM_ALPHA
+        // A black ball before nothing has an edge as well. Of one sample alpha is 0 or 1.
+        real seen = JOIN(total, LANES)(sum.alpha);
+        if (seen > 0 && seen < end) range = max(range, REAL(1.0));
+#endif
         enough = !(range > range_that_is_enough(end));
     }
     Sample mean = {

@@ -29,9 +29,8 @@ LAYERS = [
         "cluster viewer.subject",
         "viewer.session",
         "viewer.painter",
-        "viewer.server viewer.canvas",
-        "viewer.notebook",
-        "cli",
+        "viewer.canvas viewer.server",
+        "cli viewer.notebook",
         "__main__",
     )
 ]
