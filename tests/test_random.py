@@ -229,13 +229,19 @@ def test_lights_are_exact_outside_of_the_penumbra(render) -> None:
                 assert (image[sure & (abs(case.truth - part) < 1e-9)] == part).all()
     assert (case.truth > 1 - 1e-9).any()
     assert (abs(case.truth) < 1e-9).any()
+    # What is beyond a lamp is not in its way.
+    beyond: Ball = (-8, 14, 0), 2, "open"
+    scene = made(NEAR, beyond, ground("open"), lights=[LAMP, NOTHING], samples=20)
+    for tree in (False, True):
+        assert (render(scene, SIZE, tree)[..., 0] == 1).all()
 
 
 def test_glass_hides_a_sky(render) -> None:
     case = beside_a_ball()
     materials = {**case.scene.materials, "open": replace(MATERIALS["open"], transmission=1.0)}
     materials["ground"] = MATERIALS["open"]
-    spheres = clrt.Spheres(case.scene.spheres.center, case.scene.spheres.radius, ["open", "ground"])
+    given = clrt.Spheres.of(case.scene.spheres)
+    spheres = clrt.Spheres(given.center, given.radius, ["open", "ground"])
     scene = replace(case.scene, materials=materials, spheres=spheres, max_depth=1, samples=1024)
     for tree in (False, True):
         error = render(scene, case.size, tree)[..., 0] - case.truth
@@ -245,15 +251,15 @@ def test_glass_hides_a_sky(render) -> None:
 def test_indirect_light_has_the_colors_of_both_surfaces(render) -> None:
     case = lit_by_a_ball()
     colors = ((0.9, 0.5, 0.2), (1, 0.8, 0.6))
-    spheres = case.scene.spheres
-    spheres = clrt.Spheres(spheres.center, spheres.radius, spheres.material_index, colors)
-    scene = replace(case.scene, spheres=spheres.with_names(case.scene.spheres.names))
+    white = clrt.Spheres.of(case.scene.spheres)
+    spheres = clrt.Spheres(white.center, white.radius, white.material_index, colors)
+    scene = replace(case.scene, spheres=spheres.with_names(white.names or ()))
     weight = np.prod(colors, axis=0) * MATERIALS["lit"].diffuse
     for tree in (False, True):
-        white = render(replace(case.scene, samples=16), case.size, tree)
+        plain = render(replace(case.scene, samples=16), case.size, tree)
         image = render(replace(scene, samples=16), case.size, tree)
         assert image.any()
-        assert abs(image - white[..., :1] / 0.8 * weight).max() <= 1e-6
+        assert abs(image - plain[..., :1] / 0.8 * weight).max() <= 1e-6
 
 
 def test_what_scattered_rays_do_not_see(render) -> None:
