@@ -171,12 +171,12 @@ def test_alpha_is_the_share_of_a_pixel_whatever_the_colour(device: cl.Device, li
     renderer = renderer_for(device, 16)
     image = renderer.render(ball(light=light, samples=64), 57, 41, alpha=True)
     assert image[..., 3].sum() / share.sum() == pytest.approx(1, abs=2e-3)
-    assert abs(image[..., 3] - share)[differ].max() < 0.03
+    assert abs(image[..., 3] - share)[differ].max() < 0.05
     assert (image[..., :3] == light * image[..., 3:]).all()  # premultiplied
     # Before a background as well.
     white = replace(ball(light=light, samples=64), film=clrt.Film(background=(1, 1, 1)))
     found = renderer.render(white, 57, 41)[..., 0]
-    assert (found - (light * share + 1 - share))[differ] == pytest.approx(0, abs=0.03)
+    assert (found - (light * share + 1 - share))[differ] == pytest.approx(0, abs=0.05)
 
 
 # Against the truth.
@@ -210,10 +210,10 @@ def lined() -> clrt.Scene:
     return replace(paper(), film=film)
 
 
-def specks() -> clrt.Scene:
+def specks(count: int = 300) -> clrt.Scene:
     """So small that every pixel gets four samples."""
     random = np.random.default_rng(3)
-    center = random.uniform(-1, 1, (300, 3))
+    center = random.uniform(-1, 1, (count, 3))
     spheres = clrt.Spheres(center, 0.012, "white")
     camera = clrt.Camera((0, 0, 2.5), (0, 0, 0))
     matte = clrt.Material((0.1, 0.1, 0.1))
@@ -227,6 +227,7 @@ MADE: dict[str, Callable[[], clrt.Scene]] = {
     "orthographic": lambda: flat(paper()),
     "orthographic tree": lambda: flat(beads()),
     "specks": specks,
+    "few specks": lambda: specks(pack.TREE_FROM - 1),
 }
 SIZE = WIDTH, HEIGHT = 53, 31
 COUNT = 16
@@ -239,7 +240,7 @@ def truth(name: str) -> tuple[Array, reference.Trace]:
     trace = reference.trace(scene, *SIZE)
     middle = np.dstack([trace.image, trace.alpha])
     paths = trace.paths
-    if name == "specks":
+    if "specks" in name:
         points = samples.offsets(pack.SMALLS_BASE)
         middle = reference.mean(scene, *SIZE, points)
         paths = np.zeros_like(trace.paths)
@@ -282,12 +283,12 @@ def test_double_against_truth(double_renderer: Renderer, name: str) -> None:
 def test_specks_have_more_samples_and_others_have_not() -> None:
     for name, made in MADE.items():
         scene = replace(made(), samples=COUNT)
-        assert pack.base(scene) == (pack.SMALLS_BASE if name == "specks" else 1)
+        assert pack.base(scene) == (pack.SMALLS_BASE if "specks" in name else 1)
         world = pack.pack_world(scene, "robust")
         first, second = (
             pack.features(world, scene, 16, "float", s) for s in pack.stages(scene, "float")
         )
-        assert (first.hashed, first.gather, first.refine) == (True, name == "specks", False)
+        assert (first.hashed, first.gather, first.refine) == (True, "specks" in name, False)
         assert (second.hashed, second.gather, second.refine) == (False, False, True)
         for kind in ("passes", "paths"):
             assert pack.stages(scene, kind) == ["picture"]
@@ -439,11 +440,11 @@ def test_threads_do_not_show() -> None:
 @pytest.mark.parametrize("dtype", [np.float32, np.uint8, np.uint16])
 def test_out_is_filled(device: cl.Device, dtype) -> None:
     renderer, scene = renderer_for(device, 16), replace(paper(), samples=MANY)
-    exact = renderer.render(scene, *SIZE)
-    whole = exact
+    # Films of 16 bits are made of one with alpha, whose edges get as many samples as white needs.
+    whole = renderer.render(scene, *SIZE, alpha=dtype == np.uint16)[..., :3]
     if dtype != np.float32:
         most = np.iinfo(dtype).max
-        whole = np.rint(most * np.clip(exact.astype(np.float64), 0, 1)).astype(dtype)
+        whole = np.rint(most * np.clip(whole.astype(np.float64), 0, 1)).astype(dtype)
     film = np.zeros((HEIGHT, WIDTH, 3), dtype)
     assert renderer.render(scene, *SIZE, out=film) is film
     assert (film == whole).all()

@@ -117,6 +117,19 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film, lie) -> No
         trial.try_here(device, wrong, features)
 
 
+@pytest.mark.parametrize("uses", [("hashed", "gather"), ("refine",)])
+def test_wrong_samples_are_found(device: cl.Device, uses: tuple[str, ...]) -> None:
+    """One of a pixel's is left out."""
+    source = program.kernel_source()
+    wrong = source.replace(
+        "block = with(block, sample,", "if (i == 0) continue; block = with(block, sample,"
+    )
+    features = Features(8, "robust", "alpha", reflection=True, **dict.fromkeys(uses, True))
+    assert trial.try_here(device, source, features)
+    with pytest.raises(DeviceError, match=r"is wrong about \d+ of 185 pixels"):
+        trial.try_here(device, wrong, features)
+
+
 @pytest.mark.parametrize("film", ["float", "bytes", "alpha"])
 def test_a_wrong_background_is_found(device: cl.Device, film) -> None:
     features = Features(4, "robust", film, reflection=True, background=True)
