@@ -4,8 +4,8 @@ import operator
 import threading
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import nullcontext
-from typing import Any
+from contextlib import closing, nullcontext
+from typing import Any, Protocol
 
 import numpy as np
 from msgspec.structs import replace
@@ -20,8 +20,33 @@ from clrt.scene import CAMERA_VECTORS, LENSES, Animation, Camera, Scene
 Array = NDArray[Any]
 
 
+class Frames(Protocol):
+    """What is to be rendered, frame by frame."""
+
+    @property
+    def frames(self) -> range:
+        """The numbers of the frames."""
+
+    @property
+    def fps(self) -> float:
+        """Frames a second."""
+
+    @property
+    def said(self) -> Scene:
+        """All that the frames' pictures depend on, but for what files hold."""
+
+    def scene(self, frame: int) -> Scene:
+        """What a frame shows, a scene whose camera does not move."""
+
+    def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
+        """What some frames show, one after the other."""
+
+    def check(self, frames: Iterable[int]) -> Sequence[int]:
+        """Finds out whether there are such frames; returns them."""
+
+
 def animate(
-    scene: Scene,
+    scene: "Scene | Frames",
     width: int,
     height: int,
     *,
@@ -35,6 +60,7 @@ def animate(
     it is rendered alone or in a row.
 
     Args:
+        scene: one with an animation, or a clrt.flow.Flow.
         frames: which ones; default: all.
         dtype: float32, uint8 or uint16, as for Renderer.render().
         renderer: default: one for the default device.
@@ -49,7 +75,7 @@ def animate(
         SceneError: the scene has no animation, or its camera cannot be at some frame.
         RequestError: it has no such frame.
     """
-    way = Way(scene)
+    way = Way(scene) if isinstance(scene, Scene) else scene
     chosen = way.check(way.frames if frames is None else frames)
 
     def rendered() -> Generator[Array, None, None]:
@@ -60,16 +86,16 @@ def animate(
             if stopped.is_set():
                 raise CancelledError
 
-        def film(k: int) -> Array:
-            return used.render(way.scene(k), width, height, dtype=dtype, progress=stop)
+        def film(shown: Scene) -> Array:
+            return used.render(shown, width, height, dtype=dtype, progress=stop)
 
         def due() -> Iterator[int]:
             for k in chosen:
                 check_process()  # a fork has not the thread
                 yield k
 
-        with own as used:
-            films = in_order(film, due(), 1)
+        with own as used, closing(way.scenes(due())) as scenes:
+            films = in_order(film, scenes, 1)
             try:
                 # Not `yield from`: closed, that would first wait for those that are still to come.
                 for picture in films:  # noqa: UP028
@@ -79,6 +105,24 @@ def animate(
                 films.close()
 
     return rendered()
+
+
+def checked(frames: Iterable[int], every: range) -> Sequence[int]:
+    """The numbers of some frames.
+
+    Raises:
+        RequestError: one is no number of a frame.
+    """
+    chosen = frames if isinstance(frames, range) else list(frames)
+    ends = [chosen[0], chosen[-1]] if isinstance(chosen, range) and chosen else chosen
+    for frame in ends:
+        try:
+            good = operator.index(frame) in every
+        except TypeError:
+            good = False
+        if not good:
+            raise RequestError(f"frames: expected whole numbers from 0 to {every[-1]}, got {frame}")
+    return chosen
 
 
 def all_frames(scene: Scene) -> range:
@@ -111,7 +155,7 @@ class Way:
 
     def __init__(self, scene: Scene) -> None:
         animation = _animation(scene)
-        self._scene = scene
+        self.said = scene
         self.frames = range(animation.frames)
         """The numbers of its frames."""
         self.fps = animation.fps
@@ -135,7 +179,11 @@ class Way:
         Raises:
             SceneError: no camera can be there.
         """
-        return replace(self._scene, camera=self.camera(frame))
+        return replace(self.said, camera=self.camera(frame))
+
+    def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
+        """What some frames show, one after the other."""
+        return (self.scene(frame) for frame in frames)
 
     def camera(self, frame: int) -> Camera:
         """The camera of a frame.
@@ -148,7 +196,7 @@ class Way:
             for name, value in self._moved(np.array([frame], float)).items()
         }
         try:
-            return replace(self._scene.camera, **moved)
+            return replace(self.said.camera, **moved)
         except ValueError as error:
             raise SceneError(f"animation, frame {frame}: camera.{error}") from None
 
@@ -159,16 +207,7 @@ class Way:
             RequestError: one is no number of a frame.
             SceneError: no camera can be at one of them.
         """
-        chosen = frames if isinstance(frames, range) else list(frames)
-        ends = [chosen[0], chosen[-1]] if isinstance(chosen, range) and chosen else chosen
-        for frame in ends:
-            try:
-                good = operator.index(frame) in self.frames
-            except TypeError:
-                good = False
-            if not good:
-                expected = f"whole numbers from 0 to {self.frames[-1]}"
-                raise RequestError(f"frames: expected {expected}, got {frame}")
+        chosen = checked(frames, self.frames)
         for start in range(0, len(chosen), self.CHUNK):
             chunk = np.asarray(chosen[start : start + self.CHUNK])
             with np.errstate(all="ignore"):

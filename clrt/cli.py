@@ -17,7 +17,7 @@ import click
 from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
 from clrt.options import (
     camera_keys,
-    color,
+    film_options,
     frame_options,
     only_for_particles,
     particle_options,
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
     from clrt.renderer import Region
-    from clrt.scene import Camera
-    from clrt.values import Color
+    from clrt.scene import Camera, Scene
 
 T = TypeVar("T", bound="Struct")
 
@@ -104,6 +103,16 @@ def changed(given: T, **options: Any) -> T:
         return replace(given, **{key: value for key, value in options.items() if value is not None})
     except ValueError as error:
         raise RequestError(str(error)) from None
+
+
+def opened(name: str, *, samples: int | None, background: str | None, **film: Any) -> "Scene":
+    """A scene with what options say of its samples and its film."""
+    from clrt.color import named
+    from clrt.files.scenefile import load_scene
+
+    loaded = load_scene(name)
+    ground = None if background is None else named(background)
+    return changed(loaded, samples=samples, film=changed(loaded.film, background=ground, **film))
 
 
 class Progress:
@@ -199,18 +208,7 @@ def main() -> None:
     help="In place of the scene's: keys of its table with commas between, as "
     "'position = [0, 1, 3], look_at = [0, 0, 0]'.",
 )
-@click.option(
-    "--background",
-    metavar="COLOR",
-    callback=color,
-    help="A name, #rgb or #rrggbb; default: the scene's.",
-)
-@click.option("--transparent", is_flag=True, help="Alpha in place of the background.")
-@click.option(
-    "--transfer",
-    type=click.Choice(["linear", "srgb"]),
-    help="The curve of 8 and 16 bits; default: the scene's.",
-)
+@film_options
 @click.option(
     "--passes",
     metavar="NAMES",
@@ -247,7 +245,7 @@ def render(
     shadow_bias: float | None,
     region: "Region | None",
     camera: "Camera | None",
-    background: "Color | None",
+    background: str | None,
     transparent: bool,
     transfer: str | None,
     passes: str | None,
@@ -298,29 +296,22 @@ def render(
     names = None if passes is None else check_passes(passes.split(","))
     check_suffix(output)
     check_apart(output, Path(scene))
+    look: dict[str, Any] = {"samples": samples, "background": background, "transfer": transfer}
+    look["transparent"] = transparent or None
     if has_particles:
         from clrt.files import figures
         from clrt.files.scenewriter import save_scene as write_scene
 
-        drawing = figures.look((width, height), **drawn)
+        drawing = figures.look((width, height), **look, **drawn)
         loaded = figures.of_file(Path(scene), frame or 0, drawing)
     else:
         from clrt.files.resolved import resolved
-        from clrt.files.scenefile import load_scene
 
-        loaded = load_scene(scene)
+        loaded = opened(scene, **look)
         has_particles = len(loaded.particles) > 0
         with in_scene(scene):
             loaded = resolved(loaded)
-    look = {"background": background, "transfer": transfer, "transparent": transparent or None}
-    loaded = changed(
-        loaded,
-        max_depth=max_depth,
-        shadow_bias=shadow_bias,
-        samples=samples,
-        camera=camera,
-        film=changed(loaded.film, **look),
-    )
+    loaded = changed(loaded, max_depth=max_depth, shadow_bias=shadow_bias, camera=camera)
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
@@ -373,7 +364,14 @@ def render(
 @frame_options
 @click.option("--width", type=click.IntRange(min=1), default=1920, show_default=True, metavar="N")
 @click.option("--height", type=click.IntRange(min=1), default=1080, show_default=True, metavar="N")
+@film_options
 @rendering_options
+@particle_options
+@click.option(
+    "--view-all",
+    is_flag=True,
+    help="All frames' particles are in view; default: the box and the particles of frame 0.",
+)
 @click.option(
     "--resume",
     is_flag=True,
@@ -395,16 +393,25 @@ def animate(
     crf: int,
     width: int,
     height: int,
+    background: str | None,
+    transparent: bool,
+    transfer: str | None,
     samples: int | None,
     precision: Any,
     lanes: int | None,
     device: str | None,
     threads: int | None,
     quiet: bool,
+    view_all: bool,
     resume: bool,
     shard: tuple[int, int] | None,
+    **drawn: Any,
 ) -> None:
-    """Renders the animation of SCENE, a built-in scene's name or a TOML file; default: orbit.
+    """Renders the animation of SCENE, a built-in scene's name or a TOML file, or a trajectory of
+    particles; default: orbit.
+
+    The options from --color to --view-all are for trajectories, .xyz .extxyz .dump .lammpstrj, and
+    with an extra .pdb .gsd. All frames are seen as the first one.
 
     \b
     Examples:
@@ -412,6 +419,7 @@ def animate(
       clrt animate my.toml -o small.webp --width 480 --height 270 --step 2
       clrt animate my.toml -o 'frames/####.png' --shard 0/2       one half of the work
       clrt animate my.toml -o 'frames/####.png' --resume          what is still missing
+      clrt animate flow.dump -o flow.mp4 --color speed --colorbar speed
     """
     started = time.perf_counter()
     import numpy as np
@@ -419,13 +427,25 @@ def animate(
 
     from clrt import animation, cluster
     from clrt.files import image, numbered, video
-    from clrt.files.scenefile import load_scene
+    from clrt.files.particles.suffix import is_particles
     from clrt.renderer import Renderer
 
     output = output or Path(f"{Path(scene).stem}.mp4")
-    loaded = changed(load_scene(scene), samples=samples)
-    with in_scene(scene):
-        way = animation.Way(loaded)
+    image.check_apart(output, Path(scene))
+    look: dict[str, Any] = {"samples": samples, "background": background, "transfer": transfer}
+    look["transparent"] = transparent or None
+    way: animation.Frames
+    if is_particles(Path(scene)):
+        from clrt.files.figures import look as looking
+        from clrt.flow import Flow
+
+        drawing = looking((width, height), **look, **drawn)
+        way = Flow(Path(scene), drawing, view_all=view_all)
+    else:
+        only_for_particles(scene, **drawn, view_all=view_all)
+        loaded = opened(scene, **look)
+        with in_scene(scene):
+            way = animation.Way(loaded)
     asked = (way.frames if frames is None else frames)[::step]
     if not asked or asked[-1] not in way.frames:
         raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
@@ -436,25 +456,24 @@ def animate(
     for option, given in (("--resume", resume), ("--shard", shard)):
         if given and not pattern:
             raise RequestError(f"{option}: expected an output with ####: a video is made in one go")
-    alpha = loaded.film.transparent
-    video.check_output(output, width, height, len(asked), fps, alpha=alpha)
-    image.check_apart(output, Path(scene))
+    film = way.said.film
+    video.check_output(output, width, height, len(asked), fps, alpha=film.transparent)
     first, parts = shard or (0, 1)
     due: Sequence[int] = asked[first::parts]
     skipped = 0
     dtype = image.film_dtype(output) if pattern else np.uint8
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
-        renderer.prepare(loaded, dtype)  # in this thread: clrt.opencl.pocl.signals_kept
+        renderer.prepare(
+            way.scene(asked[0]), dtype
+        )  # in this thread: clrt.opencl.pocl.signals_kept
         if pattern:
-            kind = cluster.kind(cluster.fingerprint(loaded), width, height, renderer)
+            kind = cluster.kind(cluster.fingerprint(way.said), width, height, renderer)
             adds = resume or shard is not None
             made = numbered.join(output, kind, way.fps, asked, adds=adds)
             if resume:
                 missing = [k for k in due if not made.is_made(numbered.picture(output, k))]
                 skipped, due = len(due) - len(missing), missing
-        rendered = animation.animate(
-            loaded, width, height, frames=due, dtype=dtype, renderer=renderer
-        )
+        rendered = animation.animate(way, width, height, frames=due, dtype=dtype, renderer=renderer)
         with (
             closing(rendered),
             tqdm(rendered, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
@@ -463,7 +482,7 @@ def animate(
                 # They do not say which command: by any one they are the same.
                 for k, frame in zip(due, bar, strict=True):
                     name = numbered.picture(output, k)
-                    image.save(name, frame, transfer=loaded.film.transfer)
+                    image.save(name, frame, transfer=film.transfer)
             else:
                 video.save(output, bar, fps, crf)
     if not quiet:

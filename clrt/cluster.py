@@ -10,9 +10,13 @@ from typing import Any
 
 import msgspec
 
-from clrt.animation import Way
+from clrt.animation import Frames, Way
+from clrt.errors import RequestError
+from clrt.figure import Look
 from clrt.files import image, numbered
+from clrt.files.particles.suffix import is_particles
 from clrt.files.scenefile import load_scene
+from clrt.flow import Flow
 from clrt.opencl.device import target
 from clrt.pack import Precision
 from clrt.renderer import Renderer
@@ -32,6 +36,7 @@ def render_frame(
     device: str | None = None,
     threads: int | None = None,
     resume: bool = False,
+    **look: Any,
 ) -> Path:
     """Renders one frame of an animation to a numbered picture, as `clrt animate` does.
 
@@ -42,12 +47,13 @@ def render_frame(
 
     Args:
         source: a scene with an animation: the name of a built-in one, the path of a scene file that
-            all machines can read, or a Scene.
+            all machines can read, or a Scene. Or the path of a trajectory of particles.
         frame: the number of the frame.
         out_pattern: the pictures' name, #### where the number goes; the suffix chooses the format.
         width, height: pixels.
         precision, lanes, device, threads: as for Renderer.
         resume: whether a picture that is there already, whole and of this kind, is left.
+        look: how the particles of a trajectory are drawn: fields of clrt.figure.Look.
 
     Returns:
         The picture's path.
@@ -61,7 +67,7 @@ def render_frame(
     """
     pattern = Path(out_pattern)
     numbered.check_pattern(pattern)
-    way, of_scene = _opened(source)
+    way, of_scene = _opened(source, size=(width, height), **look)
     way.check([frame])
     path, scene = numbered.picture(pattern, frame), way.scene(frame)
     image.check_output(path, width, height, alpha=scene.film.transparent)
@@ -101,20 +107,34 @@ def fingerprint(scene: Scene) -> str:
     return hashlib.sha256(msgspec.json.encode(scene, enc_hook=plain)).hexdigest()[:16]
 
 
-def _opened(source: Scene | str | Path) -> tuple[Way, str]:
-    """The way of a scene's camera, and the scene's hash."""
+def _opened(source: Scene | str | Path, **look: Any) -> tuple[Frames, str]:
+    """A scene's frames, or a trajectory's, and a hash of what they show."""
     if isinstance(source, Scene):
         return Way(source), fingerprint(source)
-    with suppress(OSError):
+    state: tuple[int, ...] = ()
+    with suppress(OSError):  # it is a built-in scene, or an error
         file = os.stat(source)
-        return _read(str(source), file.st_dev, file.st_ino, file.st_mtime_ns)
-    return _read(str(source))  # a built-in scene, or an error
+        state = file.st_dev, file.st_ino, file.st_mtime_ns
+    if is_particles(Path(source)):
+        return _flow(Path(source), Look(**look), state)
+    del look["size"]
+    if look:
+        expected = f"a trajectory of particles, {source} is a scene"
+        raise RequestError(f"{next(iter(look))}: expected {expected}")
+    return _read(str(source), state)
 
 
 @lru_cache(maxsize=1)
-def _read(name: str, *file: int) -> tuple[Way, str]:
-    """As _opened(); `file` tells another file, or a changed one, of the same name."""
+def _read(name: str, state: tuple[int, ...]) -> tuple[Frames, str]:
+    """A scene file's. `state` tells another file, or a changed one, of the same name."""
     return _opened(load_scene(name))
+
+
+@lru_cache(maxsize=1)
+def _flow(path: Path, look: Look, state: tuple[int, ...]) -> tuple[Frames, str]:
+    """A trajectory's, as of _read()."""
+    flow = Flow(path, look)
+    return flow, fingerprint(flow.said)
 
 
 @lru_cache

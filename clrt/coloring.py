@@ -64,7 +64,7 @@ def colored(
         srgb = palette.of_values(column, cmap, limits)
     own = None if srgb is None else frozen(colors.linear(srgb))
     spheres = Spheres(particles.positions, frozen(radii), material, own)
-    return Colored(spheres, particles, by, cmap, limits, _cell(particles) if cell else None)
+    return Colored(spheres, particles, by, cmap, limits, box_of(particles) if cell else None)
 
 
 def decorated(film: Film, parts: Sequence[Colored]) -> Film:
@@ -96,7 +96,12 @@ def decorated(film: Film, parts: Sequence[Colored]) -> Film:
     raise RequestError("colorbar: expected particles coloured by a column, by element or by type")
 
 
-def _cell(particles: Particles) -> Cell:
+def box_of(particles: Particles) -> Cell:
+    """The box that particles are in.
+
+    Raises:
+        RequestError: they are in none.
+    """
     if particles.cell is None:
         raise RequestError("cell: expected particles in a box, got none")
     return Cell(particles.cell, particles.origin)  # type: ignore[arg-type]

@@ -1,18 +1,19 @@
 """Figure: the scene that shows particles, as `clrt.plot` and `clrt render PARTICLES` draw them."""
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import msgspec
 import numpy as np
 
 from clrt import color, styles, view
-from clrt.coloring import colored, decorated
+from clrt.coloring import Colored, colored, decorated
 from clrt.decor import panel
 from clrt.particlefile import coloring
 from clrt.particles import Particles
-from clrt.scene import Film, Scene
+from clrt.scene import Cell, Film, Scene
+from clrt.spheres import Spheres
 from clrt.values import number, require, switches
 from clrt.view import PROJECTIONS, Projection
 
@@ -72,8 +73,17 @@ def scene(particles: Particles, look: Look) -> Scene:
     Raises:
         RequestError: naming the key that is wrong, or that the particles do not have the values of.
     """
-    style = styles.style(look.style)
-    made = colored(
+    made = drawn(particles, look)
+    return scene_of(made, look, [made.spheres], made.cell)
+
+
+def drawn(particles: Particles, look: Look) -> Colored:
+    """Particles as spheres.
+
+    Raises:
+        RequestError: as scene().
+    """
+    return colored(
         particles,
         material=look.style,
         radius=look.radius,
@@ -83,6 +93,19 @@ def scene(particles: Particles, look: Look) -> Scene:
         clim=look.clim,
         cell=look.cell,
     )
+
+
+def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
+    """The scene that shows particles as spheres.
+
+    Args:
+        parts: what is in view.
+        box: is in view as well.
+
+    Raises:
+        RequestError: as scene().
+    """
+    style = styles.style(look.style)
     ground = color.to_linear(color.srgb("background", look.background))
     film = Film(
         background=tuple(ground.tolist()),
@@ -93,10 +116,9 @@ def scene(particles: Particles, look: Look) -> Scene:
     )
     film = decorated(film, [made])
     room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
-    box = made.cell
     corners = np.zeros((0, 3)) if box is None else box.origin + CORNERS @ np.array(box.edges)
     camera = view.holding(
-        made.spheres,
+        parts,
         corners,
         view.direction(look.view),
         look.size,

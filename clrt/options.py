@@ -10,7 +10,6 @@ from clrt.errors import RequestError, SceneError
 
 if TYPE_CHECKING:
     from clrt.scene import Camera
-    from clrt.values import Color
 
 RENDERING_OPTIONS = (
     click.option(
@@ -50,6 +49,40 @@ RENDERING_OPTIONS = (
 def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
     """What `render` and `animate` take alike."""
     for option in reversed(RENDERING_OPTIONS):
+        command = option(command)
+    return command
+
+
+def _is_color(context: click.Context, option: click.Parameter, text: str | None) -> str | None:
+    if text is not None:
+        from clrt.color import named
+
+        try:
+            named(text)
+        except RequestError as error:
+            raise click.BadParameter(str(error)) from None
+    return text
+
+
+FILM_OPTIONS = (
+    click.option(
+        "--background",
+        metavar="COLOR",
+        callback=_is_color,
+        help="A name, #rgb or #rrggbb; default: the scene's, of particles white.",
+    ),
+    click.option("--transparent", is_flag=True, help="Alpha in place of the background."),
+    click.option(
+        "--transfer",
+        type=click.Choice(["linear", "srgb"]),
+        help="The curve of 8 and 16 bits; default: the scene's, of particles srgb.",
+    ),
+)
+
+
+def film_options(command: Callable[..., None]) -> Callable[..., None]:
+    """What becomes of the light."""
+    for option in reversed(FILM_OPTIONS):
         command = option(command)
     return command
 
@@ -117,18 +150,6 @@ def only_for_particles(scene: str, **given: Any) -> None:
         if value is not None and value is not False:
             option = name.replace("_", "-")
             raise RequestError(f"--{option}: expected a file of particles, {scene} is a scene")
-
-
-def color(context: click.Context, option: click.Parameter, text: str | None) -> "Color | None":
-    """A colour's name, #rgb or #rrggbb, which are sRGB, as linear light."""
-    if text is None:
-        return None
-    from clrt.color import named
-
-    try:
-        return named(text)
-    except RequestError as error:
-        raise click.BadParameter(str(error)) from None
 
 
 def _frames(context: click.Context, option: click.Parameter, text: str | None) -> range | None:

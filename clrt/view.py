@@ -1,7 +1,7 @@
 """View: a camera that sees all of a figure."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -50,7 +50,7 @@ def direction(view: str | Sequence[float]) -> Vec3:
 
 
 def holding(
-    spheres: Spheres,
+    parts: Iterable[Spheres],
     corners: Array,
     towards: Vec3,
     size: tuple[int, int],
@@ -61,6 +61,7 @@ def holding(
     """The nearest camera that sees all of some spheres and points, or the smallest height of it.
 
     Args:
+        parts: the spheres; they are gone through once.
         corners: (n, 3), the points.
         towards: the way from the middle to the camera. Up is +z, or +y if it goes along z.
         size: of the picture, columns and rows.
@@ -70,8 +71,6 @@ def holding(
     Raises:
         RequestError: there is nothing to see.
     """
-    if len(spheres) + len(corners) == 0:
-        raise RequestError("particles: expected at least one, got none")
     up = (0.0, 1.0, 0.0) if towards[0] == towards[1] == 0 else (0.0, 0.0, 1.0)
     axes = np.array(Camera(towards, (0.0, 0.0, 0.0), up).basis())
     aspect = size[0] / size[1]
@@ -80,7 +79,7 @@ def holding(
     inner = 1 - 2 * margin
     reach = np.array([[inner - 2 * room, inner], [inner, inner]])
     if projection == "orthographic":
-        low, high = _extent(spheres, corners, axes)
+        low, high = _extent(parts, corners, axes)
         extent = high - low
         height = float((extent[:2] / (aspect, 1) / reach.sum(axis=1)).max()) * 2
         half = height / 2 * np.array([aspect, 1])
@@ -92,44 +91,45 @@ def holding(
     # Each side of the cone of view touches what it holds where x + t z + r sqrt(1 + t^2) is
     # largest, t being its slope and z towards the camera; and it goes through where that is.
     slopes = math.tan(math.radians(FOV / 2)) * reach / [[1], [aspect]]
-    sides = np.array(
-        [
-            [
-                _extent(spheres, corners, sign * axes[[i]] + slopes[i, j] * axes[2])[1][0]
-                for j, sign in enumerate((1, -1))
-            ]
-            for i in range(2)
-        ]
-    )
+    outward = [
+        sign * axes[i] + slopes[i, j] * axes[2] for i in range(2) for j, sign in enumerate((1, -1))
+    ]
+    low, high = _extent(parts, corners, np.array([*outward, axes[2]]))
+    sides = high[:4].reshape(2, 2)
     z = (sides.sum(axis=1) / slopes.sum(axis=1)).max()
     x, y = (sides[:, 0] - slopes[:, 0] * z + slopes[:, 1] * z - sides[:, 1]) / 2
-    low, high = _extent(spheres, corners, axes[[2]])
     position = np.array([x, y, z])
-    look_at = np.array([x, y, low[0] / 2 + high[0] / 2])
+    look_at = np.array([x, y, low[4] / 2 + high[4] / 2])
     return Camera(_point(position @ axes), _point(look_at @ axes), up, FOV)
 
 
 def extent(spheres: Spheres, corners: Array) -> float:
     """The longest side of the box around spheres and points, along the axes of the world."""
-    low, high = _extent(spheres, corners, np.eye(3))
+    low, high = _extent([spheres], corners, np.eye(3))
     return float((high - low).max())
 
 
-def _extent(spheres: Spheres, corners: Array, axes: Array) -> tuple[Array, Array]:
+def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Array, Array]:
     """The least and the largest value along each of some axes, (m,) each, of spheres and points.
 
     axes: (m, 3), of any length: along one of length l a sphere reaches l r from its middle.
+
+    Raises:
+        RequestError: there are none.
     """
     length = np.linalg.norm(axes, axis=1)
     along = corners @ axes.T
     low, high = along.min(axis=0, initial=np.inf), along.max(axis=0, initial=-np.inf)
-    for block in lens.blocks(len(spheres)):
-        center, radius = spheres.center[block].astype(float).T, spheres.radius[block]
-        for i, (x, y, z) in enumerate(axes):
-            # Not a product of matrices: what that rounds to depends on how they lie in memory.
-            middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius
-            low[i] = min(low[i], (middle - reach).min())
-            high[i] = max(high[i], (middle + reach).max())
+    for spheres in parts:
+        for block in lens.blocks(len(spheres)):
+            center, radius = spheres.center[block].astype(float).T, spheres.radius[block]
+            for i, (x, y, z) in enumerate(axes):
+                # Not a product of matrices: what it rounds to depends on how they lie in memory.
+                middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius
+                low[i] = min(low[i], (middle - reach).min())
+                high[i] = max(high[i], (middle + reach).max())
+    if low[0] > high[0]:
+        raise RequestError("particles: expected at least one, got none")
     return low, high
 
 

@@ -196,10 +196,9 @@ def test_a_box_is_the_particles_or_another() -> None:
     particles = clrt.read({"positions": AT, "cell": cell, "origin": [1.0, 0.0, 0.0]})
     options = {**SMALL, "radii": 0.5}
     (own,) = clrt.plot(particles, cell=True, **options).scene.film.cells
-    assert np.array_equal(own.edges, cell)
-    assert own.origin == (1, 0, 0)
+    assert own == clrt.Cell(((1, 0, 0), (0, 2, 0), (0, 0, 3)), (1, 0, 0))
     (other,) = clrt.plot(AT, cell=20 * cell, **options).scene.film.cells
-    assert np.array_equal(other.edges, 20 * cell)
+    assert other == clrt.Cell(((20, 0, 0), (0, 40, 0), (0, 0, 60)))
     assert clrt.plot(particles, cell=False, **options).scene.film.cells == ()
     height = clrt.plot(AT, cell=20 * cell, **options).scene.camera.height
     assert height is not None

@@ -1,6 +1,7 @@
 """Views hold all that there is, and are no larger than that."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_a_view_holds_all_and_touches_two_sides(
 ) -> None:
     spheres, inner = CLOUDS[name], 1 - 2 * margin
     for towards in TOWARDS:
-        camera = view.holding(spheres, NO_POINTS, towards, size, projection, margin)
+        camera = view.holding([spheres], NO_POINTS, towards, size, projection, margin)
         left, right, bottom, top = on_screen(camera, spheres, size)
         ends = np.array([-left.min(), right.max(), -bottom.min(), top.max()])
         near = 1e-6 if name == "far" else 1e-9
@@ -69,7 +70,7 @@ def test_a_view_holds_all_and_touches_two_sides(
 @pytest.mark.parametrize("projection", view.PROJECTIONS)
 def test_the_camera_stands_where_it_is_said(projection: view.Projection) -> None:
     for towards in TOWARDS:
-        camera = view.holding(CLOUDS["cloud"], NO_POINTS, towards, (90, 50), projection)
+        camera = view.holding([CLOUDS["cloud"]], NO_POINTS, towards, (90, 50), projection)
         right, up, back = camera.basis()
         assert back == pytest.approx(np.array(towards) / np.linalg.norm(towards), abs=1e-12)
         if towards[0] == towards[1] == 0:
@@ -84,7 +85,7 @@ def test_the_camera_stands_where_it_is_said(projection: view.Projection) -> None
 def test_there_is_room_at_the_right(size: tuple[int, int], projection: view.Projection) -> None:
     """For a colour bar: 0.3 of the width beside a margin of 0.1."""
     for spheres in (CLOUDS["one"], CLOUDS["cloud"], CLOUDS["flat"]):
-        camera = view.holding(spheres, NO_POINTS, (1, 1, 1), size, projection, 0.1, 0.3)
+        camera = view.holding([spheres], NO_POINTS, (1, 1, 1), size, projection, 0.1, 0.3)
         left, right, bottom, top = on_screen(camera, spheres, size)
         ends = np.array(
             [-left.min() / 0.8, right.max() / 0.2, -bottom.min() / 0.8, top.max() / 0.8]
@@ -97,21 +98,28 @@ def test_there_is_room_at_the_right(size: tuple[int, int], projection: view.Proj
 def test_nothing_is_behind_the_camera() -> None:
     """Depths of the pass are counted from its position."""
     for projection in view.PROJECTIONS:
-        camera = view.holding(CLOUDS["flat"], NO_POINTS, (1, 0, 0), (90, 50), projection)
+        camera = view.holding([CLOUDS["flat"]], NO_POINTS, (1, 0, 0), (90, 50), projection)
         _, _, back = camera.basis()
         ahead = -(CLOUDS["flat"].center - camera.position) @ np.array(back)
         assert (ahead > CLOUDS["flat"].radius).all()
 
 
+def test_parts_are_held_together() -> None:
+    for projection in view.PROJECTIONS:
+        parts = [CLOUDS["one"], CLOUDS["cloud"], CLOUDS["flat"]]
+        rest: tuple[Any, ...] = (NO_POINTS, (1, 2, 3), (90, 50), projection)
+        assert view.holding(parts, *rest) == view.holding([clrt.Spheres.joined(parts)], *rest)
+
+
 def test_points_are_held_as_well() -> None:
     corner = np.array([[0.0, 0.0, 100.0]])
-    camera = view.holding(CLOUDS["one"], corner, (1, 0, 0), (100, 100))
+    camera = view.holding([CLOUDS["one"]], corner, (1, 0, 0), (100, 100))
     assert camera.height == pytest.approx(100 + 0.5 - 1 + 0 * 2, abs=1)
     held = clrt.Spheres(np.concatenate([CLOUDS["one"].center, corner]), [0.5, 1e-9], "m")
-    assert view.holding(held, NO_POINTS, (1, 0, 0), (100, 100)).height == pytest.approx(
+    assert view.holding([held], NO_POINTS, (1, 0, 0), (100, 100)).height == pytest.approx(
         camera.height
     )
-    alone = view.holding(clrt.Spheres(NO_POINTS, 1, "m"), np.eye(3), (0, 0, 1), (10, 10))
+    alone = view.holding([], np.eye(3), (0, 0, 1), (10, 10))
     assert alone.height == 1
 
 
@@ -123,4 +131,4 @@ def test_what_is_no_view(given: object) -> None:
 
 def test_nothing_cannot_be_seen() -> None:
     with pytest.raises(RequestError, match="particles: expected at least one, got none"):
-        view.holding(clrt.Spheres(NO_POINTS, 1, "m"), NO_POINTS, (1, 1, 1), (10, 10))
+        view.holding([clrt.Spheres(NO_POINTS, 1, "m")], NO_POINTS, (1, 1, 1), (10, 10))
