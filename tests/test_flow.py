@@ -54,7 +54,7 @@ def test_all_frames_are_seen_as_the_first(path: Path) -> None:
         assert isinstance(scene.spheres, clrt.Spheres)
         assert (scene.spheres.center == AT[k]).all()
         expected = color.linear(palette.of_values(HEAT[k], clim=limits))
-        assert (scene.spheres.color == expected).all()
+        assert np.array_equal(scene.spheres.color, expected)  # type: ignore[arg-type]
         assert flow.scene(k) == scene
 
 

@@ -1,6 +1,8 @@
 """clrt.plot, and that `clrt render PARTICLES` draws the same."""
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +134,28 @@ def test_six_routes_give_the_same_bytes(folder: Path) -> None:
     for name in ("r.npz", "r.csv", "r.ply", "s.ply", "r.xyz", "r.dump"):
         assert command(name, "-o", "a.png", "--color", "speed", *WORDS).exit_code == 0
         assert Path("a.png").read_bytes() == expected, name
+
+
+NO_DISPLAY = """
+import os, sys
+from clrt.cli import main
+main(["render", "a.npz", "-o", "a.png", "--color", "speed", "--colorbar", "speed", "--cell",
+      "--width", "64", "--height", "48", "--samples", "4", "-q"], standalone_mode=False)
+loaded = {line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}
+print(*sorted(os.path.basename(path).split(".")[0] for path in loaded))
+"""
+
+
+def test_nothing_of_a_display_is_needed(folder: Path) -> None:
+    """No OpenGL, EGL, Vulkan or X is loaded, not even where there is one: so none is missed where
+    there is none, as on a node of a cluster or in a slim container."""
+    done = subprocess.run([sys.executable, "-c", NO_DISPLAY], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert "libpocl" in " ".join(loaded)  # it does look
+    wanting = ("libGL", "libEGL", "libOSMesa", "libvulkan", "libX11", "libxcb", "libwayland")
+    assert not [name for name in loaded if name.startswith(wanting)]
+    assert Path("a.png").exists()
 
 
 LIT = (0.6, -0.8, -2.0)  # the key light's way, right, up and back of the camera: docs/styles.md
