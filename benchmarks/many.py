@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import clrt
-from benchmarks import harness, ovito_peer, povray_peer
+from benchmarks import files, harness, ovito_peer, povray_peer
 from clrt import pack
 from clrt.opencl.tree import Tree
 from clrt.renderer import Renderer
@@ -127,8 +127,14 @@ def command(quick: bool, embree: Path | None) -> None:
     for figure in script:
         print(f"\n{figure['name']}: {figure['spheres']:,} atoms to .png: {figure['median']:.2f} s "
               f"({figure['min']:.2f}-{figure['max']:.2f}), {figure['peak_mb']:.0f} MB")  # fmt: skip
+    of_files = files.measure(
+        [molecule(n) for n in ([1000] if quick else [10**5, 10**6])], size, turns
+    )
+    print("\n`clrt render FILE`, one sample a pixel\n")
+    print(harness.table(files.HEAD, [files.row(figure) for figure in of_files]))
     folder = harness.results_folder(quick)
     record = {"size": size, "figures": figures, "crossover": crossover, "script": script}
+    record["files"] = of_files
     harness.record(folder, "many", record)
     plot(figures, folder / "many.png")
 
