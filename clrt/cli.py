@@ -301,9 +301,12 @@ def render(
     if has_particles:
         from clrt.files import figures
         from clrt.files.scenewriter import save_scene as write_scene
+        from clrt.styles import seen_by
 
         drawing = figures.look((width, height), **look, **drawn)
         loaded = figures.of_file(Path(scene), frame or 0, drawing)
+        if camera is not None:
+            loaded = seen_by(loaded, camera)
     else:
         from clrt.files.resolved import resolved
 
@@ -559,6 +562,7 @@ def encode(
     help="Default: a free one.",
 )
 @rendering_options
+@particle_options
 def view(
     scene: str,
     host: str,
@@ -569,8 +573,10 @@ def view(
     device: str | None,
     threads: int | None,
     quiet: bool,
+    **drawn: Any,
 ) -> None:
-    """Shows SCENE in a browser, a built-in scene's name or a TOML file; default: four-spheres.
+    """Shows SCENE in a browser, a built-in scene's name, a TOML file or a file of particles;
+    default: four-spheres.
 
     It prints an address, which it opens if there is a browser. Whoever knows it can look. Ctrl-C
     ends it.
@@ -579,10 +585,12 @@ def view(
     Examples:
       clrt view
       clrt view my.toml --samples 64
+      clrt view flow.dump --color speed --style soft
       ssh -L 8000:127.0.0.1:8000 there clrt view my.toml --port 8000
     """
     import webbrowser
 
+    from clrt.files.particles.suffix import is_particles
     from clrt.renderer import Renderer
     from clrt.viewer import subject
     from clrt.viewer.session import Session
@@ -594,7 +602,11 @@ def view(
 
     given = {"precision": precision, "lanes": lanes, "device": device}
     words = [w for k, v in given.items() if v not in (None, "robust") for w in (f"--{k}", str(v))]
-    looked_at = subject.of(scene, words)
+    if is_particles(Path(scene)):
+        looked_at = subject.of_particles(Path(scene), drawn, words)
+    else:
+        only_for_particles(scene, **drawn)
+        looked_at = subject.of(scene, words)
     first = Session(looked_at, samples).scene
     with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
         renderer.prepare(first, "uint8")  # in this thread: clrt.opencl.pocl.signals_kept

@@ -6,9 +6,11 @@ version.
 
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from clrt.errors import RequestError
 from clrt.light import AmbientLight, DirectionalLight, LightKind
-from clrt.scene import Camera, Material
+from clrt.scene import Camera, Material, Scene
 from clrt.values import BLACK, Color, Vec3
 
 VERSION = 1
@@ -57,9 +59,20 @@ def lights(style: Style, camera: Camera, extent: float) -> tuple[LightKind, ...]
 
     extent: of the figure, world units.
     """
-    way = zip(*camera.basis(), strict=True)
-    x, y, z = (sum(part * of for part, of in zip(axis, KEY, strict=True)) for axis in way)
-    key = DirectionalLight((x, y, z), ambient=BLACK, half_angle=style.half_angle)
+    key = _key(camera, style.half_angle)
     if style.reach == 0:
         return key, AmbientLight()
     return key, AmbientLight(occlusion=True, distance=style.reach * extent)
+
+
+def seen_by(figure: Scene, camera: Camera) -> Scene:
+    """A figure with another camera, and its lights fixed to that."""
+    key, *rest = figure.lights
+    assert isinstance(key, DirectionalLight)
+    return replace(figure, camera=camera, lights=(_key(camera, key.half_angle), *rest))
+
+
+def _key(camera: Camera, half_angle: float) -> DirectionalLight:
+    way = zip(*camera.basis(), strict=True)
+    x, y, z = (sum(part * of for part, of in zip(axis, KEY, strict=True)) for axis in way)
+    return DirectionalLight((x, y, z), ambient=BLACK, half_angle=half_angle)

@@ -110,6 +110,43 @@ def test_looks(run) -> None:
     assert (np.rint(65535.0 * image.load(Path("c.tif"))) == expected("uint16")).all()
 
 
+def test_a_camera(run) -> None:
+    run("render", "-o", "a.npy", "--camera", "position = [0, 1, 2], look_at = [0, 0, 0]", *SMALL)
+    scene = replace(clrt.load_scene("four-spheres"), camera=clrt.Camera((0, 1, 2), (0, 0, 0)))
+    assert (np.load("a.npy") == clrt.render(scene, 40, 23)).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("position = [0, 1, 2]", "camera.look_at: expected a value, got none"),
+        ("position = [0, 1, 2], look_at = [0, 0, 0], fov = 180", "camera.fov: expected degrees"),
+        ("position = [0, 1, 2], look_at = [0, 0, 0], f = 1", "camera.f: unknown key"),
+        ("fov", "not TOML"),
+    ],
+)
+def test_a_camera_that_is_none(run, text: str, said: str) -> None:
+    result = run("render", "--camera", text, *SMALL)
+    assert result.exit_code == 2
+    assert said in " ".join(result.stderr.split())
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nothing"], "clrt: nothing: no such file"),
+        (["four-spheres", "--style", "soft"], "clrt: --style: expected a file of particles"),
+        (["four-spheres", "--port", "70000"], "'--port'"),
+        (["four-spheres", "--samples", "70000"], "clrt: samples: expected a whole number"),
+    ],
+)
+def test_what_cannot_be_viewed(run, words: list[str], said: str) -> None:
+    result = run("view", *words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert said in result.stderr
+
+
 def test_passes(run) -> None:
     names = ("depth", "normal", "id")
     film, passes = clrt.Renderer().render("four-spheres", 40, 23, passes=names)

@@ -15,7 +15,7 @@ from clrt import moves
 from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
 from clrt.viewer.session import FOV, MESSAGES, Change, Pick, Session, Shown
-from clrt.viewer.subject import Subject, described, of
+from clrt.viewer.subject import Subject, of
 
 FOUR = of("four-spheres")
 START = clrt.load_scene("four-spheres").camera
@@ -157,5 +157,5 @@ def test_what_is_known_of_a_sphere() -> None:
     scene = clrt.load_scene("four-spheres")
     first = scene.spheres[0]
     expected = {"index": 0, "position": first.center, "radius": first.radius, "material": "red"}
-    assert described(scene, 0) == expected
-    assert described(scene, -1) is None
+    assert FOUR.described(scene, 0, 0) == expected
+    assert FOUR.described(scene, 0, -1) is None

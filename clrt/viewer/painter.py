@@ -20,7 +20,6 @@ from clrt.files import image
 from clrt.renderer import Array, Renderer
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Pick, Session, Shot, Shown
-from clrt.viewer.subject import described
 
 QUALITY = 80
 """Of JPEG: of all pictures but the last, which loses nothing."""
@@ -122,7 +121,8 @@ class Painter:
             _, passes = renderer.render(
                 shot.scene, width, height, region=(x, y, x + 1, y + 1), passes=names
             )
-        self._send({"picked": described(shot.scene, int(passes["id"][0, 0]))}, b"")
+        found = shot.subject.described(shot.scene, shot.frame, int(passes["id"][0, 0]))
+        self._send({"picked": found}, b"")
 
     def _draw(self) -> None:
         while (due := self._next()) is not None:
@@ -177,7 +177,8 @@ class Painter:
             task, shot, header = picture.task, picture.shot, picture.header
             if task.is_final:
                 transfer = shot.scene.film.transfer
-                file = image.as_png(picture.film, transfer=transfer, command=shot.command)
+                command = shot.command if shot.subject.is_noted else ""
+                file = image.as_png(picture.film, transfer=transfer, command=command)
                 header |= {"command": shot.command, "toml": shot.toml}
             else:
                 file = _jpeg(picture.film)

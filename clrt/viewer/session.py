@@ -86,6 +86,7 @@ class Shot(Struct, frozen=True):
     """All that a picture depends on, and how the command line says so."""
 
     subject: Subject
+    frame: int
     scene: Scene
     size: moves.Size
 
@@ -97,6 +98,7 @@ class Shot(Struct, frozen=True):
         width, height = map(str, self.size)
         words = ["clrt", "render", *self.subject.words, "--width", width, "--height", height]
         words += ["--samples", str(self.scene.samples)]
+        words += ["--frame", str(self.frame)] * self.subject.is_trajectory
         return shlex.join([*words, "--camera", ", ".join(_toml(self.scene.camera))])
 
     @property
@@ -133,7 +135,9 @@ class Session:
     @property
     def shot(self) -> Shot | None:
         """The picture that is due; None as long as nobody has said how large it is."""
-        return None if self._size is None else Shot(self.subject, self.scene, self._size)
+        return (
+            None if self._size is None else Shot(self.subject, self._frame, self.scene, self._size)
+        )
 
     @property
     def about(self) -> dict[str, Any]:
@@ -166,11 +170,14 @@ class Session:
             self.scene = replace(self.scene, samples=message.samples)
         elif isinstance(message, Frame):
             self._frame = min(message.frame, self.subject.frames - 1)
-            self.scene = replace(self.subject.at(self._frame), samples=self.scene.samples)
+            before, self.scene = self.scene, self.subject.at(self._frame)
+            if self.subject.is_trajectory:
+                self.scene = self.subject.seen_by(self.scene, before.camera)
+            self.scene = replace(self.scene, samples=before.samples)
         elif self._size is not None:
             with suppress(SceneError), np.errstate(all="ignore"):
                 camera = self._moved(self.scene.camera, message, self._size)
-                self.scene = replace(self.scene, camera=camera)
+                self.scene = self.subject.seen_by(self.scene, camera)
 
     def _moved(
         self, camera: Camera, message: Turn | Pan | Zoom | Project, size: moves.Size

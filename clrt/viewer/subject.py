@@ -1,15 +1,31 @@
 """Subject: what is looked at, and how the command line names it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from msgspec.structs import replace
 
+from clrt import figure, styles
 from clrt.animation import Way, all_frames
+from clrt.errors import RequestError
+from clrt.files import figures
+from clrt.files.particles.reader import Reader, read
+from clrt.files.resolved import resolved
 from clrt.files.scenefile import as_scene
-from clrt.scene import Scene
+from clrt.particles import Particles
+from clrt.scene import Camera, Scene
+
+
+def _moved(scene: Scene, camera: Camera) -> Scene:
+    return replace(scene, camera=camera)
+
+
+def _nothing(frame: int, index: int) -> dict[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -23,6 +39,22 @@ class Subject:
     """The scene of a frame."""
     frames: int = 1
     fps: float = 30.0
+    is_trajectory: bool = False
+    """Its frames are those of a file, and the camera stays where it is from one to the next."""
+    is_noted: bool = True
+    """Whether a file that `clrt render` makes of it says so."""
+    seen_by: Callable[[Scene, Camera], Scene] = _moved
+    """A scene with another camera."""
+    values: Callable[[int, int], dict[str, Any]] = _nothing
+    """What a file knows of a frame's sphere."""
+
+    def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
+        """What is known of a sphere; None of -1, which is none."""
+        if index < 0:
+            return None
+        sphere = scene.spheres[index]
+        known = {"index": index, "position": sphere.center, "radius": sphere.radius}
+        return known | {"material": sphere.material} | self.values(frame, index)
 
 
 def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
@@ -35,10 +67,11 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
     Raises:
         SceneError: it cannot be read, or is not a scene.
     """
-    scene = as_scene(source)
+    given = as_scene(source)
+    scene, is_noted = resolved(given), not given.particles
     words = () if isinstance(source, Scene) else (str(source), *words)
     if scene.animation is None:
-        return Subject(words, lambda frame: scene)
+        return Subject(words, lambda frame: scene, is_noted=is_noted)
     way = Way(scene)
     way.check(all_frames(scene))
     still = replace(scene, animation=None)  # a camera that is moved by hand may not suit its keys
@@ -46,17 +79,60 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
     def at(frame: int) -> Scene:
         return replace(still, camera=way.camera(frame))
 
-    return Subject(words, at, scene.animation.frames, scene.animation.fps)
+    moves = scene.animation
+    return Subject(words, at, moves.frames, moves.fps, is_noted=is_noted)
 
 
-def described(scene: Scene, index: int) -> dict[str, Any] | None:
-    """What is known of one sphere; None of -1, which is none."""
-    if index < 0:
-        return None
-    sphere = scene.spheres[index]
-    return {
-        "index": index,
-        "position": sphere.center,
-        "radius": sphere.radius,
-        "material": sphere.material,
-    }
+def of_particles(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Subject:
+    """A file of particles, and its frames. All are seen by the first one's camera, and a column's
+    colours stand for the first one's values.
+
+    Args:
+        drawn: see clrt.figure.Look.
+        words: of `clrt render`, beside the name and those of `drawn`.
+
+    Raises:
+        RequestError: it cannot be read, or has not what is to be drawn.
+    """
+    with Reader(path) as file:
+        frames = file.count()
+
+    @lru_cache(2)
+    def particles(frame: int) -> Particles:
+        return read(path, frame)
+
+    column = particles(0).values.get(drawn.get("color") or "")
+    if column is not None and drawn.get("clim") is None and np.isfinite(column).any():
+        finite = column[np.isfinite(column)]
+        drawn = drawn | {"clim": (float(finite.min()), float(finite.max()))}
+    look = figures.look((1920, 1080), **drawn)
+
+    @lru_cache(2)
+    def at(frame: int) -> Scene:
+        try:
+            scene = figure.scene(particles(frame), look)
+        except RequestError as error:
+            raise RequestError(f"{path}: {error}") from None
+        return scene if frame == 0 else styles.seen_by(scene, at(0).camera)
+
+    def values(frame: int, index: int) -> dict[str, Any]:
+        return {name: column[index].item() for name, column in particles(frame).values.items()}
+
+    return Subject(
+        (str(path), *words, *_options(drawn)),
+        at,
+        frames,
+        is_trajectory=True,
+        is_noted=False,
+        seen_by=styles.seen_by,
+        values=values,
+    )
+
+
+def _options(given: dict[str, Any]) -> Iterator[str]:
+    """Options of the command line, as words."""
+    for name, value in given.items():
+        if value is not None and value is not False:
+            yield f"--{name.replace('_', '-')}"
+            if value is not True:
+                yield from map(str, value if isinstance(value, tuple) else [value])
