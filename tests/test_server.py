@@ -30,7 +30,13 @@ from clrt.viewer.server import MESSAGE, View
 from clrt.viewer.session import Session
 from clrt.viewer.subject import Subject, of
 
-NONSENSE = ["nonsense", '{"do": "fly"}', b"\xff\xfe", "x" * (MESSAGE + 1), "[" * MESSAGE]
+NONSENSE = [
+    "nonsense",
+    '{"do": "fly"}',
+    b"\xff\xfe",
+    '{"do": "reset"}' + " " * MESSAGE,
+    "[" * MESSAGE,
+]
 
 
 class Served(NamedTuple):
@@ -256,14 +262,16 @@ def test_ctrl_c_frees_the_port(tmp_path: Path) -> None:
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     address = process.stdout.readline().strip()
+    port = int(address.split(":")[2].split("/")[0])
     with ExitStack() as clients:
+        # Browsers connect before they ask for anything.
+        clients.enter_context(socket.create_connection(("127.0.0.1", port)))
         client = opened(Served(address, clients))
         client.say("resize", width=2000, height=2000)
         client.say("sample", samples=64)  # it is rendering
         client.hear()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=8)
     assert (process.returncode, out) == (130, "")
     assert err.splitlines()[-1] == "clrt: interrupted"
-    port = int(address.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
