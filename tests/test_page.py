@@ -206,6 +206,7 @@ def test_samples(show: Callable[..., Page]) -> None:
     page.wait(READY)
     seen = [each["samples"] for each in page.value("window.seen") if not each["moves"]]
     assert seen == [1, 4, 16]
+    assert page.value("document.querySelector('[role=status]').value") == "16 of 16 samples"
     words = command(page)
     assert words[words.index("--samples") + 1] == "16"
     page.value("document.querySelector('button[name=toml]').click()")

@@ -90,6 +90,7 @@ export function view(root, send) {
       form.samples.replaceChildren(...all.map((n) => new Option(n, n)));
     }
     form.samples.value = header.most;
+    if (!header.moves && header.most > 1) say(`${header.samples} of ${header.most} samples`);
     if (!playing) form.frame.value = header.frame;
     form.at.value = header.frame;
   }
