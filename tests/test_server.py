@@ -247,6 +247,25 @@ def test_an_error_is_told(renderer: clrt.Renderer, monkeypatch: pytest.MonkeyPat
         assert client.final(changes=2)
 
 
+def test_a_frame_that_cannot_be_read(renderer: clrt.Renderer) -> None:
+    """The page is told, and shows the one before."""
+    scene = clrt.load_scene("four-spheres")
+
+    def at(frame: int) -> clrt.Scene:
+        if frame == 1:
+            raise clrt.SceneError("flow.xyz: line 7: expected 3 numbers")
+        return scene
+
+    view = View(renderer, lambda: Session(Subject((), at, frames=3)), "")
+    with view.listen("127.0.0.1", 0) as listening, ExitStack() as clients:
+        threading.Thread(target=listening.serve_forever).start()
+        client = opened(Served(view.address(listening), clients))
+        client.final()
+        client.say("frame", frame=1)
+        assert client.hear()[0] == {"error": "flow.xyz: line 7: expected 3 numbers"}
+        assert client.final(changes=2)[0]["frame"] == 0
+
+
 def test_a_port_that_is_taken(renderer: clrt.Renderer) -> None:
     view = View(renderer, lambda: Session(of("four-spheres")), "")
     with socket.create_server(("127.0.0.1", 0)) as taken:

@@ -44,8 +44,8 @@ class Stage:
             with self._lock:
                 self._moving -= 1
 
-    def give_way(self, rows: int) -> None:
-        """The progress of pictures at rest.
+    def give_way(self) -> None:
+        """Asked now and then by who is at rest.
 
         Raises:
             CancelledError: somebody moves.
@@ -95,19 +95,24 @@ class Painter:
             thread.join()
 
     def tell(self, message: Change | Pick | Shown) -> None:
-        """Does what a page says."""
-        if isinstance(message, Pick):
-            self._pick(message)
-            return
-        now = time.perf_counter()
-        with self._changed:
-            if isinstance(message, Shown):
-                self._schedule.show(message.number, now, self._busy.pop(message.number, 0.0))
-            else:
-                self._session.change(message)
-                self._changes += 1
-                self._schedule.change(now, self._session.scene.samples)
-            self._changed.notify()
+        """Does what a page says; if that cannot be, the page is told why."""
+        try:
+            if isinstance(message, Pick):
+                self._pick(message)
+                return
+            now = time.perf_counter()
+            with self._changed:
+                self._changed.notify()  # as soon as this is done
+                if isinstance(message, Shown):
+                    self._schedule.show(message.number, now, self._busy.pop(message.number, 0.0))
+                else:
+                    self._changes += 1
+                    try:
+                        self._session.change(message)
+                    finally:  # a picture says that it was heard
+                        self._schedule.change(now, self._session.scene.samples)
+        except Exception as error:
+            self._send({"error": _said(error)}, b"")
 
     def _pick(self, message: Pick) -> None:
         """Says what is seen at a pixel."""
@@ -156,16 +161,19 @@ class Painter:
 
     def _film(self, task: Task, shot: Shot) -> Array:
         scene = replace(shot.scene, samples=task.samples)
+
+        def progress(rows: int) -> None:
+            if self._is_closed or (self._schedule.moves and not task.moves):
+                raise CancelledError
+            if not task.moves:
+                self._stage.give_way()
+
         if task.moves:
             width, height = (max(round(task.scale * side), 1) for side in shot.size)
             with self._stage.at_once() as renderer:
-                return renderer.render(scene, width, height, dtype="uint8", alpha=False)
-
-        def progress(rows: int) -> None:
-            if self._is_closed or self._schedule.moves:
-                raise CancelledError
-            self._stage.give_way(rows)
-
+                return renderer.render(
+                    scene, width, height, dtype="uint8", alpha=False, progress=progress
+                )
         alpha = None if task.is_final else False  # which JPEG has not
         return self._stage.renderer.render(
             scene, *shot.size, dtype="uint8", alpha=alpha, progress=progress

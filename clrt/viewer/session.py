@@ -161,7 +161,11 @@ class Session:
         }
 
     def change(self, message: Change) -> None:
-        """Does what was said. A camera that cannot be leaves that which is."""
+        """Does what was said. A camera that cannot be leaves that which is.
+
+        Raises:
+            ClrtError: a frame cannot be read.
+        """
         if isinstance(message, Resize):
             self._size = message.width, message.height
         elif isinstance(message, Reset):
@@ -169,11 +173,11 @@ class Session:
         elif isinstance(message, Sample):
             self.scene = replace(self.scene, samples=message.samples)
         elif isinstance(message, Frame):
-            self._frame = min(message.frame, self.subject.frames - 1)
-            before, self.scene = self.scene, self.subject.at(self._frame)
+            frame = min(message.frame, self.subject.frames - 1)
+            scene = self.subject.at(frame)
             if self.subject.is_trajectory:
-                self.scene = self.subject.seen_by(self.scene, before.camera)
-            self.scene = replace(self.scene, samples=before.samples)
+                scene = self.subject.seen_by(scene, self.scene.camera)
+            self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
         elif self._size is not None:
             with suppress(SceneError), np.errstate(all="ignore"):
                 camera = self._moved(self.scene.camera, message, self._size)
