@@ -160,7 +160,7 @@ def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("r")
     page.mouse("Wheel", 100, 50, deltaX=0, deltaY=-120)
-    expected = moves.zoomed(start, np.exp(120 / 500), (100, 50), (width, height))
+    expected = moves.zoomed(start, np.exp(120 / 500), (99.5, 49.5), (width, height))
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("r")
     page.value("document.querySelector('canvas').focus()")
@@ -173,7 +173,7 @@ def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     assert camera(page) == moves.orthographic(start, (width, height))
     page.key("o")
     page.key("+")
-    expected = moves.zoomed(start, 1.1, (width / 2, height / 2), (width, height))
+    expected = moves.zoomed(start, 1.1, (width / 2 - 0.5, height / 2 - 0.5), (width, height))
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
 
 

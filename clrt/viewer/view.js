@@ -153,8 +153,9 @@ export function view(root, send) {
   }, { passive: false });
 
   const pick = (x, y) => send({ do: "pick", x: Math.max(Math.floor(x), 0), y: Math.max(Math.floor(y), 0) });
+  // Whole numbers are the middles of pixels there.
   const zoom = (factor, x, y) =>
-    change({ do: "zoom", factor: Math.min(Math.max(factor, 0.01), 100), x, y });
+    change({ do: "zoom", factor: Math.min(Math.max(factor, 0.01), 100), x: x - 0.5, y: y - 0.5 });
   const middle = () => [canvas.width / 2, canvas.height / 2];
 
   const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
