@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import features, harness, many, peers, samples, scale
+from benchmarks import features, harness, many, peers, scale
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -194,7 +194,6 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "many": ("many", many_spheres),
     "script": ("many", script),
     "scale": ("scale", scale.report),
-    **{name: ("samples", tabulate) for name, tabulate in samples.TABLES.items()},
 }
 
 

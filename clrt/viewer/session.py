@@ -26,8 +26,8 @@ Pixels: TypeAlias = Annotated[float, Meta(ge=-1e5, le=1e5)]
 
 
 class Message(Struct, tag=str.lower, tag_field="do", forbid_unknown_fields=True):
-    """What a page says. Lengths are in pixels of the whole picture, x to the right, y down, from the
-    middle of the first one."""
+    """What a page says. Lengths are in pixels of the whole picture, x to the right, y down, from
+    the middle of the first one."""
 
 
 class Resize(Message):
