@@ -87,6 +87,21 @@ def test_every_integer_is_met() -> None:
     assert (found[0, :, 0] == np.rint(near.astype(np.longdouble) * 65535)).all()
 
 
+def test_bytes_of_the_curve_are_those_of_the_formula() -> None:
+    """Which a table has for most: near every value where one byte ends, at every step of the table,
+    and at what is no colour."""
+    ends = color.to_linear((np.arange(255) + 0.5) / 255).astype(np.float32)
+    near = (ends.view(np.uint32)[:, np.newaxis] + np.arange(-500, 501)).astype(np.uint32)
+    steps = np.arange(0, np.float32(1.1).view(np.uint32), 2047, dtype=np.uint32)
+    odd = np.array([np.nan, np.inf, -np.inf, -1, -0.0, 1, 1e-40, np.nextafter(1, 2), 3e38])
+    odd = odd.astype(np.float32).view(np.uint32)
+    given = np.concatenate([near.ravel(), steps, odd]).view(np.float32)
+    given = given[: len(given) // 3 * 3].reshape(1, -1, 3)
+    exact = np.clip(np.nan_to_num(given.astype(np.float64), nan=0), 0, 1)
+    expected = np.rint(255 * color.to_srgb(exact))
+    assert np.array_equal(film.integers(given, np.dtype(np.uint8), "srgb"), expected)
+
+
 def test_integers_with_alpha_are_straight() -> None:
     picture = np.array([[[0.25, 0.125, 0, 0.5], [0, 0, 0, 0], [3, 0, 0, 0.5]]], np.float32)
     found = film.integers(picture, np.dtype(np.uint8), "linear")
