@@ -29,8 +29,6 @@ from clrt.viewer.subject import Subject
 SIZE = (1920, 1080)
 EVENTS = 1 / 60
 """Seconds between two of the pointer's."""
-MOST_LATE = 0.025
-"""Seconds after the picture that is there; docs/view.md says so."""
 
 # `painted` is called in the task after the frame that shows what was drawn.
 SCRIPT = """
@@ -190,7 +188,7 @@ def command(quick: bool) -> None:
 
 
 def table(found: dict[str, dict[str, Any]]) -> str:
-    """What docs/view.md shows."""
+    """How late pictures are, and what takes the time."""
 
     def row(name: str, t: dict[str, Any]) -> list[str]:
         late, still = t["latency"]["median"], t["still"]["median"]
