@@ -197,7 +197,7 @@ FOUR = np.zeros((4, 3))
         ("a.xyz.gz", XYZ.encode(), "cannot be read: Not a gzipped file"),
         ("a.xyz.gz", gzip.compress(XYZ.encode() * 99, mtime=0)[:-50], "cannot be read: "),
         ("a.xyz.gz", gzip.compress(b"20000000000\n\n0 0 0\n", mtime=0), "line 1: expected a num"),
-        ("a.xyz.gz", gzip.compress(b"20000\n\n0 0 0\n", mtime=0), "expected 20000 particles from lin"),
+        ("a.xyz.gz", gzip.compress(b"20000\n\n0 0 0\n", mtime=0), "expected 20000 particles fr"),
         ("a.xyz.gz", b"", "expected a number of particles, the file ends at once"),
         ("a.ply", BINARY + bytes(29), "expected 2 vertices, the file ends after 1"),
         ("a.ply", BINARY, "expected 2 vertices, the file ends after 0"),
