@@ -122,7 +122,10 @@ def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Arra
     low, high = along.min(axis=0, initial=np.inf), along.max(axis=0, initial=-np.inf)
     for spheres in parts:
         for block in lens.blocks(len(spheres)):
-            center, radius = spheres.center[block].astype(float).T, spheres.radius[block]
+            center, radius = (
+                spheres.center[block].astype(float).T,
+                spheres.radius[block].astype(float),
+            )
             for i, (x, y, z) in enumerate(axes):
                 # Not a product of matrices: what it rounds to depends on how they lie in memory.
                 middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius

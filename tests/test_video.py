@@ -219,7 +219,8 @@ def test_encoded_pictures_can_be_linear_and_of_others(run, tmp_path: Path) -> No
     expected = np.rint(255 * np.clip(np.array(shades, np.float32).astype(float), 0, 1))
     with Image.open("a.apng") as file:
         assert file.n_frames == 7  # type: ignore[attr-defined]
-        assert file.info["duration"] == pytest.approx(1000 / 30, abs=0.1)
+        # Pillow 11.0 tells whole milliseconds only.
+        assert file.info["duration"] == pytest.approx(1000 / 30, abs=0.5)
         for k, byte in enumerate(expected):
             file.seek(k)
             assert (np.asarray(file.convert("RGB")) == byte).all()
