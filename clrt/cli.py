@@ -7,14 +7,14 @@ import shlex
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import click
 
-from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError
+from clrt.errors import ClrtError, ClrtWarning, RequestError, SceneError, named
 from clrt.options import (
     camera_keys,
     film_options,
@@ -86,15 +86,6 @@ class Commands(click.Group):
         sys.exit(status)
 
 
-@contextmanager
-def in_scene(name: str) -> Iterator[None]:
-    """Puts the scene's name before what is found wrong with it after it was loaded."""
-    try:
-        yield
-    except SceneError as error:
-        raise SceneError(f"{name}: {error}") from None
-
-
 def changed(given: T, **options: Any) -> T:
     """A scene, or a part of one, with what options say in place of its own values."""
     from msgspec.structs import replace
@@ -107,11 +98,11 @@ def changed(given: T, **options: Any) -> T:
 
 def opened(name: str, *, samples: int | None, background: str | None, **film: Any) -> "Scene":
     """A scene with what options say of its samples and its film."""
-    from clrt.color import named
+    from clrt import color
     from clrt.files.scenefile import load_scene
 
     loaded = load_scene(name)
-    ground = None if background is None else named(background)
+    ground = None if background is None else color.named(background)
     return changed(loaded, samples=samples, film=changed(loaded.film, background=ground, **film))
 
 
@@ -246,7 +237,7 @@ def render(
     region: "Region | None",
     camera: "Camera | None",
     background: str | None,
-    transparent: bool,
+    transparent: bool | None,
     transfer: str | None,
     passes: str | None,
     bits: int | None,
@@ -296,8 +287,12 @@ def render(
     names = None if passes is None else check_passes(passes.split(","))
     check_suffix(output)
     check_apart(output, Path(scene))
-    look: dict[str, Any] = {"samples": samples, "background": background, "transfer": transfer}
-    look["transparent"] = transparent or None
+    look: dict[str, Any] = {
+        "samples": samples,
+        "background": background,
+        "transparent": transparent,
+        "transfer": transfer,
+    }
     if has_particles:
         from clrt.files import figures
         from clrt.files.scenewriter import save_scene as write_scene
@@ -312,7 +307,7 @@ def render(
 
         loaded = opened(scene, **look)
         has_particles = len(loaded.particles) > 0
-        with in_scene(scene):
+        with named(scene, SceneError):
             loaded = resolved(loaded)
     loaded = changed(loaded, max_depth=max_depth, shadow_bias=shadow_bias, camera=camera)
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
@@ -397,7 +392,7 @@ def animate(
     width: int,
     height: int,
     background: str | None,
-    transparent: bool,
+    transparent: bool | None,
     transfer: str | None,
     samples: int | None,
     precision: Any,
@@ -435,8 +430,12 @@ def animate(
 
     output = output or Path(f"{Path(scene).stem}.mp4")
     image.check_apart(output, Path(scene))
-    look: dict[str, Any] = {"samples": samples, "background": background, "transfer": transfer}
-    look["transparent"] = transparent or None
+    look: dict[str, Any] = {
+        "samples": samples,
+        "background": background,
+        "transparent": transparent,
+        "transfer": transfer,
+    }
     way: animation.Frames
     if is_particles(Path(scene)):
         from clrt.files.figures import look as looking
@@ -447,12 +446,12 @@ def animate(
     else:
         only_for_particles(scene, **drawn, view_all=view_all)
         loaded = opened(scene, **look)
-        with in_scene(scene):
+        with named(scene, SceneError):
             way = animation.Way(loaded)
     asked = (way.frames if frames is None else frames)[::step]
     if not asked or asked[-1] not in way.frames:
         raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
-    with in_scene(scene):
+    with named(scene, SceneError):
         way.check(asked)
     fps = way.fps / step if fps is None else fps
     pattern = numbered.is_pattern(output)
@@ -667,10 +666,10 @@ def check(scene: str) -> None:
     from clrt.files.scenefile import load_scene
 
     loaded = load_scene(scene)
-    with in_scene(scene):
+    with named(scene, SceneError):
         loaded = resolved(loaded)
     if loaded.animation is not None:
-        with in_scene(scene):
+        with named(scene, SceneError):
             animation.Way(loaded).check(animation.all_frames(loaded))
     click.echo(
         f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "

@@ -1,5 +1,8 @@
 """What can go wrong, and the exit status that each ends the command with."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class ClrtError(Exception):
     """An error that says in one line what to do about it."""
@@ -23,6 +26,15 @@ class RequestError(ClrtError, ValueError):
 
 class SceneError(RequestError):
     """A scene that is not one. The message names file, key and what was expected."""
+
+
+@contextmanager
+def named(source: object, kind: type[ClrtError] = RequestError) -> Iterator[None]:
+    """Puts the name of a file, or of a scene, before what is found wrong with it."""
+    try:
+        yield
+    except kind as error:
+        raise kind(f"{source}: {error}") from None
 
 
 class ClrtWarning(UserWarning):

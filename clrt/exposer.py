@@ -146,7 +146,7 @@ class Exposer:
             self._queue,
             kernels["render"],
             first | arguments,
-            progress if len(programs) == 1 else _quiet(progress),
+            progress if len(programs) == 1 else quiet(progress),
         )
         inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
         if len(programs) > 1 and paths is not None:
@@ -172,7 +172,7 @@ class Exposer:
         return flat[: len(cut) * length].reshape(wanted), seconds
 
 
-def _quiet(progress: Callable[[int], object] | None) -> Callable[[int], object] | None:
+def quiet(progress: Callable[[int], object] | None) -> Callable[[int], object] | None:
     """It may raise, but is told of nothing."""
     return None if progress is None else lambda rows: progress(0)
 

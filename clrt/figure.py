@@ -2,7 +2,7 @@
 
 import operator
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -10,15 +10,13 @@ import numpy as np
 from clrt import color, styles, view
 from clrt.coloring import Colored, colored, decorated
 from clrt.decor import panel
+from clrt.decor.cell import corners_of
 from clrt.particlefile import coloring
 from clrt.particles import Particles
 from clrt.scene import Cell, Film, Scene
 from clrt.spheres import Spheres
 from clrt.values import number, require, switches
 from clrt.view import PROJECTIONS, Projection
-
-CORNERS = np.array([(i & 1, i >> 1 & 1, i >> 2) for i in range(8)])
-"""Of a box, in its edges."""
 
 
 class Look(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,6 +64,12 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
             good = False
         require(good, "size", "two whole numbers above 0", self.size)
 
+    @property
+    def coloring(self) -> dict[str, Any]:
+        """As a clrt.ParticleFile says it, and coloring.colored() takes it."""
+        names = ("radius", "scale", "color", "cmap", "clim", "cell")
+        return {"material": self.style} | {name: getattr(self, name) for name in names}
+
 
 def scene(particles: Particles, look: Look) -> Scene:
     """The scene that shows particles.
@@ -83,16 +87,7 @@ def drawn(particles: Particles, look: Look) -> Colored:
     Raises:
         RequestError: as scene().
     """
-    return colored(
-        particles,
-        material=look.style,
-        radius=look.radius,
-        scale=look.scale,
-        color=look.color,
-        cmap=look.cmap,
-        clim=look.clim,
-        cell=look.cell,
-    )
+    return colored(particles, **look.coloring)
 
 
 def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
@@ -116,7 +111,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
     )
     film = decorated(film, [made])
     room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
-    corners = np.zeros((0, 3)) if box is None else box.origin + CORNERS @ np.array(box.edges)
+    corners = np.zeros((0, 3)) if box is None else corners_of(box)
     camera = view.holding(
         parts,
         corners,

@@ -10,7 +10,7 @@ from clrt import figure
 from clrt.ahead import in_order
 from clrt.animation import checked
 from clrt.coloring import Colored, box_of, decorated
-from clrt.errors import RequestError
+from clrt.errors import RequestError, named
 from clrt.figure import Look
 from clrt.files import figures
 from clrt.files.particles.reader import Reader
@@ -47,10 +47,8 @@ class Flow:
         self._look = replace(look, color=column, clim=look.clim or made.clim)
         parts = self._every() if view_all else [made.spheres]
         box = None if first.cell is None else box_of(first)
-        try:
+        with named(path):
             self._first = figure.scene_of(made, look, parts, box)
-        except RequestError as error:
-            raise RequestError(f"{path}: {error}") from None
         self._film = replace(self._first.film, cells=())
         self.said = figures.in_file(self._first, Path(path.name), 0, self._look)
         """The scene of the first frame, whose particles stay in their file."""
@@ -98,7 +96,5 @@ class Flow:
         return found
 
     def _drawn(self, particles: Particles) -> Colored:
-        try:
+        with named(self.path):
             return figure.drawn(particles, self._look)
-        except RequestError as error:
-            raise RequestError(f"{self.path}: {error}") from None

@@ -71,7 +71,9 @@ FILM_OPTIONS = (
         callback=_is_color,
         help="A name, #rgb or #rrggbb; default: the scene's, of particles white.",
     ),
-    click.option("--transparent", is_flag=True, help="Alpha in place of the background."),
+    click.option(
+        "--transparent", is_flag=True, default=None, help="Alpha in place of the background."
+    ),
     click.option(
         "--transfer",
         type=click.Choice(["linear", "srgb"]),

@@ -214,8 +214,8 @@ class World:
     skies: tuple[AmbientLight, ...]
     """Ambient light that spheres hide."""
     materials: dict[str, Material]
-    max_depth: int
-    indirect: bool
+    is_glossy: bool
+    is_indirect: bool
     precision: Precision
     tree: bool
     spheres: Spheres
@@ -241,8 +241,8 @@ class World:
             self.given is scene.spheres
             and self.lights == scene.lights
             and self.materials == scene.materials
-            and self.max_depth == scene.max_depth
-            and self.indirect == _is_indirect(scene)
+            and self.is_glossy == scene.is_glossy
+            and self.is_indirect == scene.is_indirect
         )
 
 
@@ -256,9 +256,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     places = np.array([index[name] for name in spheres.names or ()], np.int32)
     material_of = places[spheres.material_index]
     panes, nest, gone = _glass(materials, material_of, spheres, real)
-    glossy = _is_glossy(scene)
-    indirect = _is_indirect(scene)
-    dtype = material_dtype(real, nest > 0, glossy, indirect)
+    dtype = material_dtype(real, nest > 0, scene.is_glossy, scene.is_indirect)
     packed_materials = np.zeros(len(materials), dtype)
     skies = tuple(light for light in scene.lights if isinstance(light, AmbientLight))
     ambient = [light.ambient for light in skies if not light.occlusion]
@@ -271,10 +269,10 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         if nest:
             for name in ("transmission", "ior", "fresnel"):
                 packed_materials[name] = [getattr(m, name) for m in materials]
-        if glossy:
+        if scene.is_glossy:
             sine = np.array([m.roughness for m in materials], wide)
             packed_materials["spread"] = sine**2 / (1 + np.sqrt(1 - sine**2))
-        if indirect:
+        if scene.is_indirect:
             packed_materials["diffuse"] = np.clip(
                 np.array([m.diffuse for m in materials], wide).reshape(-1, 3), 0, MAX_COLOR
             )
@@ -295,8 +293,8 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         shining,
         skies,
         dict(scene.materials),
-        scene.max_depth,
-        indirect,
+        scene.is_glossy,
+        scene.is_indirect,
         precision,
         precision != "literal" and len(spheres) >= TREE_FROM,
         spheres,
@@ -331,14 +329,6 @@ def _glass(
         veil = np.minimum(-np.log2(transmission) * unit, 128 * unit - 1)
     panes["veil"] = np.rint(veil).astype(np.int64)[material_of]
     return panes, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
-
-
-def _is_glossy(scene: Scene) -> bool:
-    return scene.max_depth > 1 and any(m.is_glossy for m in scene.materials.values())
-
-
-def _is_indirect(scene: Scene) -> bool:
-    return scene.max_depth > 1 and scene.indirect
 
 
 def _exponent(material: Material) -> float:
@@ -421,8 +411,8 @@ def features(
         hashed=adaptive and stage == "picture",
         occlusion=random and len(world.skies) > 0,
         lens=random and scene.camera.has_lens,
-        gloss=random and _is_glossy(scene),
-        indirect=random and _is_indirect(scene),
+        gloss=random and scene.is_glossy,
+        indirect=random and scene.is_indirect,
         refine=stage == "edges",
         gather=random or (adaptive and stage == "picture" and base(scene) > 1),
     )

@@ -44,7 +44,7 @@ class Picture:
         image.save(path, self.pixels, transfer=self.scene.film.transfer)
 
     def _repr_png_(self) -> bytes:
-        return image.encoded_png(self.pixels, transfer=self.scene.film.transfer)
+        return image.as_png(self.pixels, transfer=self.scene.film.transfer)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Array:
         wanted = self.pixels.dtype if dtype is None else np.dtype(dtype)

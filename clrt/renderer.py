@@ -15,7 +15,7 @@ from numpy.typing import DTypeLike, NDArray
 from clrt import data, film, pack
 from clrt.decor import decorations
 from clrt.errors import DeviceError, DeviceWarning, RequestError
-from clrt.exposer import Exposer, Program
+from clrt.exposer import Exposer, Program, quiet
 from clrt.files.resolved import Resolver
 from clrt.files.scenefile import as_scene
 from clrt.opencl import pocl, program
@@ -242,8 +242,8 @@ class Renderer(AbstractContextManager["Renderer"]):
         reach = noise(scene)
         if "passes" in programs:
             around, inside = grown(max(film.halo(scene.film, scene.samples), reach))
-            quiet = None if progress is None else lambda rows: progress(0)
-            looks, seconds = expose(programs["passes"], around, use="passes", progress=quiet)
+            own_progress = quiet(progress)
+            looks, seconds = expose(programs["passes"], around, use="passes", progress=own_progress)
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
             radius = self._exposer.world(scene).spheres.radius

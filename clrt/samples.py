@@ -8,6 +8,7 @@ Scrambling, Journal of Computer Graphics Techniques 9(4), 2020, after Laine and 
 It takes NumPy 0.2 ms for 256 points and 20 ms for 65536, so nothing is kept in a file.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ EVERY_OTHER = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF
 """Of the bits of a number the lower of each pair, of each pair of pairs and so on."""
 
 
+@functools.lru_cache(4)  # frames of an animation have the same ones
 def table(count: int, pairs: int = 1, first: int = 0) -> NDArray[np.uint32]:
     """The first points of some sequences that do not know of each other: (pairs, count, 2), as
     parts of 2^32. first: the number of the first sequence."""
@@ -31,6 +33,7 @@ def table(count: int, pairs: int = 1, first: int = 0) -> NDArray[np.uint32]:
         place = _scrambled(index, order)
         for axis, seed in enumerate(axes):
             pair[:, axis] = _scrambled(_sobol(place, axis), seed)
+    found.flags.writeable = False
     return found
 
 

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import msgspec
-import numpy as np
 from msgspec.structs import force_setattr
 
 from clrt import palette
@@ -292,7 +291,7 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             if self.colorbar_cmap is not None:
                 palette.colormap(self.colorbar_cmap)
             if self.colorbar_clim is not None:
-                clim = palette.limits(np.zeros(0), self.colorbar_clim)
+                clim = palette.check_limits(self.colorbar_clim)
                 force_setattr(self, "colorbar_clim", clim)
         except RequestError as error:  # of cmap or clim
             raise SceneError(f"colorbar_{error}") from None
@@ -365,9 +364,17 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Whether rays are drawn at random, so that each pixel needs many. Round lights alone do
         not make them so: their shadows have a closed form."""
         occluded = any(isinstance(light, AmbientLight) and light.occlusion for light in self.lights)
-        glossy = any(material.is_glossy for material in self.materials.values())
-        goes_on = self.max_depth > 1 and (glossy or self.indirect)
-        return occluded or self.camera.has_lens or goes_on
+        return occluded or self.camera.has_lens or self.is_glossy or self.is_indirect
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether paths go on from rough mirrors."""
+        return self.max_depth > 1 and any(m.is_glossy for m in self.materials.values())
+
+    @property
+    def is_indirect(self) -> bool:
+        """Whether paths go on from diffuse surfaces."""
+        return self.max_depth > 1 and self.indirect
 
 
 def beyond_one_ray(scene: Scene) -> str | None:

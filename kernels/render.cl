@@ -89,17 +89,16 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     scene.glass = glass;
 #endif
 #endif
-#ifdef REFINE
-    Sample sample = gathered(scene, first_column + column, first_row + row, samples, points);
-    store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
-#else
 #if defined(RANDOM)
     Sample sample = gathered(scene, first_column + column, first_row + row, samples, points, table);
-#elif defined(GATHER)
+#elif defined(GATHER) || defined(REFINE)
     Sample sample = gathered(scene, first_column + column, first_row + row, samples, points);
 #else
     Sample sample = traced(scene, pixels_at(camera, first_column + column, first_row + row));
 #endif
+#ifdef REFINE
+    store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
+#else
     Exposure exposure = exposure_of(sample);
     film += CHANNELS * ((size_t)row * width + column);
     for (int i = 0; i < ROWS && row + i < height; i++)

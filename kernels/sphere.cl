@@ -176,7 +176,7 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-#ifdef RANDOM
+#ifdef OCCLUSION
 // Whether a ray meets a sphere of a list before that distance, glass as well. ids: their places in the
 // scene's list, 0 if they are that list.
 static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,

@@ -382,7 +382,7 @@ static Sample traced(Scene scene, Pixels at) {
         ints out = (hit.sphere >= 0) & is_inside(ray, hit.sphere);  // at a far side
         ints on = (hit.sphere >= 0) & !out;
 #endif
-#ifdef AMBIENT
+#if defined(AMBIENT) || defined(OCCLUSION)
         {
             reached = SHOWN;
 #ifdef ROUND
@@ -390,28 +390,20 @@ static Sample traced(Scene scene, Pixels at) {
 #endif
             reals diffuse = 0, specular = 0;
             __global const Shade *shade = scene.shades + scene.light_count * scene.material_count;
-            SHADED(reached, shade)
-            color = pick3(reached, along(color, weight, light), color);
-        }
+#ifdef AMBIENT
+            {
+                SHADED(reached, shade)
+                color = pick3(reached, along(color, weight, light), color);
+                shade += scene.material_count;
+            }
 #endif
 #ifdef OCCLUSION
-        {
-            reached = SHOWN;
-#ifdef ROUND
-            missed = 0;
-#endif
-            reals diffuse = 0, specular = 0;
-#ifdef AMBIENT
-            int first_sky = scene.light_count + 1;
-#else
-            int first_sky = scene.light_count;
-#endif
-            for (int k = 0; k < scene.sky_count; k++) {
+            for (int k = 0; k < scene.sky_count; k++, shade += scene.material_count) {
                 reals share = weight * OPEN_SKY(k);
-                __global const Shade *shade = scene.shades + (first_sky + k) * scene.material_count;
                 SHADED(reached, shade)
                 color = pick3(reached, along(color, share, light), color);
             }
+#endif
         }
 #endif
         for (int k = FIRST_LIGHT; k < scene.light_count; k++) {
@@ -680,12 +672,10 @@ static Sample traced(Scene scene, Pixels at) {
 #endif
 #ifdef BACKGROUND
         ints gone = alive & (hit.sphere < 0);
-        Vector seen_there = splat(scene.background);
 #ifdef INDIRECT
         gone &= !scattered;
-        seen_there = times(seen_there, tint);
 #endif
-        color = pick3(gone, along(color, weight, seen_there), color);
+        color = pick3(gone, along(color, weight, splat(scene.background)), color);
 #endif
         point = along(ray.origin, hit.distance, ray.direction);
 #ifndef ORTHOGRAPHIC

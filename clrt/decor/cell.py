@@ -21,6 +21,12 @@ CORNERS = np.array([(i & 1, i >> 1 & 1, i >> 2) for i in range(8)])
 EDGES = [(a, b) for a, b in combinations(range(8), 2) if (a ^ b).bit_count() == 1]
 
 
+def corners_of(cell: Cell) -> Array:
+    """(8, 3), in world space."""
+    found: Array = np.array(cell.origin) + CORNERS @ np.array(cell.edges)
+    return found
+
+
 def marks(
     cells: Sequence[Cell],
     camera: Camera,
@@ -40,7 +46,7 @@ def marks(
     screen = _Screen(camera, size)
     covered = np.zeros(depth.shape, np.float32)
     for cell in cells:
-        corners = screen.seen(np.array(cell.origin) + CORNERS @ np.array(cell.edges))
+        corners = screen.seen(corners_of(cell))
         for a, b in EDGES:
             if (ends := screen.in_front(corners[[a, b]])) is not None:
                 _draw(covered, screen, ends, region, depth)

@@ -6,7 +6,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from clrt import figure
-from clrt.errors import RequestError
+from clrt.errors import named
 from clrt.figure import Look
 from clrt.files.particles.reader import read
 from clrt.particlefile import ParticleFile
@@ -26,25 +26,13 @@ def of_file(path: Path, frame: int, look: Look) -> Scene:
         OutputError: it does not fit into memory.
     """
     particles = read(path, frame)
-    try:
+    with named(path):
         return figure.scene(particles, look)
-    except RequestError as error:
-        raise RequestError(f"{path}: {error}") from None
 
 
 def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
     """The same scene, but its particles stay in their file."""
-    one = ParticleFile(
-        str(path),
-        frame,
-        material=look.style,
-        radius=look.radius,
-        scale=look.scale,
-        color=look.color,
-        cmap=look.cmap,
-        clim=look.clim,
-        cell=look.cell,
-    )
+    one = ParticleFile(str(path), frame, **look.coloring)
     # What the particles add to it they add again.
     film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
     return replace(scene, spheres=(), particles=(one,), film=film)

@@ -238,13 +238,6 @@ def _sweep(folder: Path) -> None:
             old.unlink(missing_ok=True)
 
 
-def encoded_png(film: NDArray[Any], *, transfer: str = "linear") -> bytes:
-    """The PNG that save() would write of a film of uint8."""
-    file = io.BytesIO()
-    _write_integers(file, ".png", film, _notes(transfer, ""))
-    return file.getvalue()
-
-
 PART = r"\.[0-9a-f]{16}\.part"  # the name of a file that is being written
 
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from clrt import figure, styles
 from clrt.animation import Way, all_frames
-from clrt.errors import RequestError
+from clrt.errors import named
 from clrt.files import figures
 from clrt.files.particles.reader import Reader, read
 from clrt.files.resolved import resolved
@@ -109,10 +109,8 @@ def of_particles(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -
 
     @lru_cache(2)
     def at(frame: int) -> Scene:
-        try:
+        with named(path):
             scene = figure.scene(particles(frame), look)
-        except RequestError as error:
-            raise RequestError(f"{path}: {error}") from None
         return scene if frame == 0 else styles.seen_by(scene, at(0).camera)
 
     def values(frame: int, index: int) -> dict[str, Any]:
