@@ -200,7 +200,7 @@ def outline(sphere: Array, depth: Array, radius: Array, width: float) -> Array:
                     share = reach - np.hypot(down - shift[0], right - shift[1])
                     if share > 0:
                         there = here + down * stride + right
-                        flat[there] = np.maximum(flat[there], np.float32(min(share, 1)))
+                        flat[there] = np.maximum(flat[there], np.float32(min(share, width, 1)))
     return covered[margin : margin + rows, margin : margin + columns]
 
 

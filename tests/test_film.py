@@ -122,12 +122,14 @@ def squares() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("width", "columns"),
     [
+        (0.25, []),
+        (0.5, []),
         (1, [6, 12, 17, 23]),
         (2, [5, 6, 11, 12, 17, 18, 23, 24]),
         (3, [5, 6, 7, 11, 12, 13, 16, 17, 18, 22, 23, 24]),
     ],
 )
-def test_a_line_is_as_wide_as_it_is_to_be(width: int, columns: list[int]) -> None:
+def test_a_line_is_as_wide_as_it_is_to_be(width: float, columns: list[int]) -> None:
     """An odd one has its middle pixel on the nearer side."""
     share = film.outline(**squares(), width=width)
     assert np.flatnonzero((share > 0.5)[5]).tolist() == columns
