@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import features, harness, many, peers, scale
+from benchmarks import features, harness, many, peers, samples, scale, view
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -194,6 +194,8 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "many": ("many", many_spheres),
     "script": ("many", script),
     "scale": ("scale", scale.report),
+    "view": ("view", lambda f: view.table(f["scenes"])),
+    **{name: ("samples", table) for name, table in samples.TABLES.items()},
 }
 
 
