@@ -22,6 +22,13 @@ PROGRAM = shutil.which("chromium")
 SHIFT = 8  # of DevTools' modifiers
 KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Enter": 13}
 
+# What a canvas shows: a function of it, and of its width and height.
+PIXELS = """((canvas, width, height) => {
+  const context = new OffscreenCanvas(width, height).getContext("2d");
+  context.drawImage(canvas, 0, 0, width, height);
+  return Array.from(context.getImageData(0, 0, width, height).data);
+})"""
+
 
 class Page:
     """A tab. Positions are in CSS pixels from its upper left corner."""

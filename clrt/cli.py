@@ -602,7 +602,7 @@ def view(
     given = {"precision": precision, "lanes": lanes, "device": device}
     words = [w for k, v in given.items() if v not in (None, "robust") for w in (f"--{k}", str(v))]
     if is_particles(Path(scene)):
-        looked_at = subject.of_particles(Path(scene), drawn, words)
+        looked_at = subject.of_file(Path(scene), drawn, words)
     else:
         only_for_particles(scene, **drawn)
         looked_at = subject.of(scene, words)

@@ -36,7 +36,7 @@ class Flow:
     fps = 30.0
 
     def __init__(self, path: Path, look: Look, *, view_all: bool = False) -> None:
-        self.path, self._look = path, look
+        self.path, self.look = path, look
         with Reader(path) as reader:
             self.frames = range(reader.count())
             """The numbers of its frames."""
@@ -44,13 +44,14 @@ class Flow:
         made = self._drawn(first)
         # Colours mean in all frames what they mean in the first.
         column = look.color if made.by == "column" else made.by
-        self._look = replace(look, color=column, clim=look.clim or made.clim)
+        self.look = replace(look, color=column, clim=look.clim or made.clim)
+        """What was given, with the colours of the first frame."""
         parts = self._every() if view_all else [made.spheres]
         box = None if first.cell is None else box_of(first)
         with named(path):
             self._first = figure.scene_of(made, look, parts, box)
         self._film = replace(self._first.film, cells=())
-        self.said = figures.in_file(self._first, Path(path.name), 0, self._look)
+        self.said = figures.in_file(self._first, Path(path.name), 0, self.look)
         """The scene of the first frame, whose particles stay in their file."""
 
     def scene(self, frame: int) -> Scene:
@@ -59,6 +60,8 @@ class Flow:
         Raises:
             as Flow().
         """
+        if frame == 0:
+            return self._first
         with Reader(self.path) as reader:
             return self._scene(reader, frame)
 
@@ -97,4 +100,4 @@ class Flow:
 
     def _drawn(self, particles: Particles) -> Colored:
         with named(self.path):
-            return figure.drawn(particles, self._look)
+            return figure.drawn(particles, self.look)

@@ -1,7 +1,6 @@
 """A scene on a canvas among the cells of a notebook."""
 
 import asyncio
-import json
 import subprocess
 import sys
 import time
@@ -15,7 +14,7 @@ import pytest
 
 import clrt
 from benchmarks import chromium
-from benchmarks.chromium import Chromium, Page
+from benchmarks.chromium import PIXELS, Chromium, Page
 
 MARIMO = """
 import marimo
@@ -110,12 +109,8 @@ def page(tmp_path: Path) -> Iterator[Page]:
 def test_marimo(page: Page) -> None:
     page.wait(READY, 60)
     canvas = f"{FIND}.querySelector('canvas')"
-    pixels, width, height = json.loads(
-        page.value(
-            f"(c => JSON.stringify([Array.from(c.getContext('2d').getImageData("
-            f"0, 0, c.width, c.height).data), c.width, c.height]))({canvas})"
-        )
-    )
+    width, height = page.value(f"(c => [c.clientWidth, c.clientHeight])({canvas})")
+    pixels = page.value(f"{PIXELS}({canvas}, {width}, {height})")
     seen = np.array(pixels, np.uint8).reshape(height, width, 4)[..., :3]
     expected = clrt.render("four-spheres", width, height, dtype="uint8")
     assert (seen == expected).all()

@@ -15,7 +15,7 @@ from PIL import Image
 
 import clrt
 from benchmarks import chromium
-from benchmarks.chromium import SHIFT, Chromium, Page
+from benchmarks.chromium import PIXELS, SHIFT, Chromium, Page
 from clrt import moves
 from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
@@ -89,17 +89,16 @@ def camera(page: Page) -> clrt.Camera:
 
 
 def size(page: Page) -> tuple[int, int]:
-    width, height = page.value("(c => [c.width, c.height])(document.querySelector('canvas'))")
+    width, height = page.value(
+        "(c => [c.clientWidth, c.clientHeight])(document.querySelector('canvas'))"
+    )
     return width, height
 
 
 def on_canvas(page: Page) -> np.ndarray:
     """What is drawn on it: (height, width, 4)."""
-    pixels = page.value(
-        "(c => Array.from(c.getContext('2d').getImageData(0, 0, c.width, c.height).data))"
-        "(document.querySelector('canvas'))"
-    )
     width, height = size(page)
+    pixels = page.value(PIXELS + f"(document.querySelector('canvas'), {width}, {height})")
     return np.array(pixels, np.uint8).reshape(height, width, 4)
 
 
@@ -211,6 +210,20 @@ def test_samples(show: Callable[..., Page]) -> None:
     assert words[words.index("--samples") + 1] == "16"
     page.value("document.querySelector('button[name=toml]').click()")
     assert page.value("document.querySelector('pre').textContent").startswith("samples = 16\n")
+
+
+def test_style(show: Callable[..., Page], tmp_path: Path) -> None:
+    (tmp_path / "water.xyz").write_text("3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
+    page = show(str(tmp_path / "water.xyz"))
+    assert page.value("document.querySelector('select[name=style]').value") == "matte"
+    before = on_canvas(page)
+    page.value(
+        "(s => { s.value = 'outline'; s.dispatchEvent(new Event('change')); })"
+        "(document.querySelector('select[name=style]'))"
+    )
+    words = command(page)
+    assert words[words.index("--style") + 1] == "outline"
+    assert (on_canvas(page) != before).any()
 
 
 def test_time(show: Callable[..., Page]) -> None:

@@ -14,8 +14,8 @@ from clrt import moves, styles
 from clrt.animation import camera_at
 from clrt.cli import main
 from clrt.errors import RequestError
-from clrt.viewer.session import Frame, Resize, Session, Turn
-from clrt.viewer.subject import Subject, of, of_particles
+from clrt.viewer.session import Frame, Reset, Resize, Restyle, Sample, Session, Turn
+from clrt.viewer.subject import Subject, of, of_figure, of_file, of_particles
 
 SPEEDS = ((1.0, 4.0, 2.0), (8.0, 3.0, 5.0))
 PLACES = ((0, 0, 0), (1.5, 0, 0), (0, 1, 1))
@@ -52,7 +52,7 @@ def test_an_animation_moves_the_camera() -> None:
 
 
 def test_a_trajectory(flow: Path) -> None:
-    subject = of_particles(flow, {"color": "speed", "style": "soft", "cell": False, "view": None})
+    subject = of_file(flow, {"color": "speed", "style": "soft", "cell": False, "view": None})
     assert subject.frames == 2
     options = ["--color", "speed", "--style", "soft", "--clim", "1.0", "4.0"]
     assert list(subject.words) == [str(flow), *options]
@@ -68,7 +68,7 @@ def test_a_trajectory(flow: Path) -> None:
 
 
 def test_lights_go_with_the_camera_of_a_figure(flow: Path) -> None:
-    subject = of_particles(flow, {"style": "soft"})
+    subject = of_file(flow, {"style": "soft"})
     before = subject.at(0)
     behind = moves.turned(before.camera, 180, 0)
     after = subject.seen_by(before, behind)
@@ -89,7 +89,7 @@ def says(subject: Subject, *messages: Any) -> Session:
 
 def test_the_command_of_a_trajectory(flow: Path) -> None:
     """The camera stays from frame to frame, and the command makes the picture."""
-    subject = of_particles(flow, {"color": "speed", "style": "outline"})
+    subject = of_file(flow, {"color": "speed", "style": "outline"})
     session = says(subject, Resize(60, 40), Turn(25, 10), Frame(1))
     assert session.scene.camera == says(subject, Resize(60, 40), Turn(25, 10)).scene.camera
     shot = session.shot
@@ -101,8 +101,52 @@ def test_the_command_of_a_trajectory(flow: Path) -> None:
     assert (np.asarray(Image.open("a.png")) == expected).all()
 
 
+def test_another_style(flow: Path) -> None:
+    """Camera, frame and samples stay, and Reset leaves it."""
+    subject = of_file(flow, {"color": "speed"})
+    session = says(subject, Resize(60, 40), Turn(25, 10), Frame(1), Sample(4))
+    before = session.scene
+    session.change(Restyle("soft"))
+    assert (session.scene.camera, session.scene.samples) == (before.camera, 4)
+    assert session.scene.spheres[1].center == before.spheres[1].center
+    assert session.state["style"] == "soft"
+    assert len(session.scene.materials) == 1
+    assert session.scene.lights[1].occlusion  # type: ignore[union-attr]
+    assert session.shot is not None
+    assert "--style soft" in session.shot.command
+    session.change(Reset())
+    assert session.scene.lights[1].occlusion  # type: ignore[union-attr]
+    with pytest.raises(RequestError, match="style: expected one of matte"):
+        session.change(Restyle("oil"))
+    assert session.state["style"] == "soft"
+
+
+def test_particles_without_a_file() -> None:
+    particles = clrt.Particles(PLACES, radii=1, values={"speed": SPEEDS[0]})
+    subject = of_particles(particles)
+    assert subject.words == ()
+    found = subject.described(subject.at(0), 0, 1)
+    assert found is not None
+    assert found["speed"] == 4.0
+    assert subject.styled is not None
+    assert subject.styled("outline").at(0).film.outline == styles.STYLES["outline"].outline
+
+
+def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
+    scene = of_figure(clrt.plot(flow, size=(40, 30), samples=1).scene).at(0)
+    subject = of_figure(scene)
+    after = subject.seen_by(scene, moves.turned(scene.camera, 90, 0))
+    assert after.lights[0] != scene.lights[0]
+
+
+def test_a_scene_has_no_style() -> None:
+    session = says(of("four-spheres"), Restyle("soft"))
+    assert session.about["styles"] == []
+    assert session.scene == clrt.load_scene("four-spheres")
+
+
 def test_what_cannot_be_drawn(flow: Path) -> None:
     with pytest.raises(RequestError, match=r"a flow.extxyz: .*velocity"):
-        of_particles(flow, {"color": "velocity"}).at(0)
+        of_file(flow, {"color": "velocity"}).at(0)
     with pytest.raises(clrt.SceneError, match="no such file"):
-        of_particles(Path("nothing.xyz"), {})
+        of_file(Path("nothing.xyz"), {})

@@ -10,11 +10,13 @@ from typing import NamedTuple
 REST = 0.15
 """From the last change on it is at rest."""
 AHEAD = 2
-"""Pictures that are under way at a time: one is rendered while one is encoded, sent and shown."""
-BUDGET = 0.020
-"""For a picture that moves, to be rendered and encoded."""
+"""Pictures at rest that are under way at a time: one is rendered while one is encoded and sent. Of
+those that move there is one, of the newest change."""
 FLUENT = 1 / 30
 """Between two pictures that move."""
+SHARP = 0.012
+"""For one whose sides are more than half of what they are at rest, to be rendered and encoded: it
+shall not come later for that."""
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625)
 """Of the sides of a picture that moves."""
 AGAIN = 60
@@ -98,7 +100,8 @@ class Schedule:
 
     def next(self, now: float) -> Task | float | None:
         """The task that is due, or how long until it is; None: until something happens."""
-        if len(self._under_way) >= AHEAD or not (self.moves or self._steps):
+        alike = sum(task.moves == self.moves for task, _ in self._under_way.values())
+        if alike >= (1 if self.moves else AHEAD) or not (self.moves or self._steps):
             return None
         if not self.moves and now < self._changed + REST:
             return self._changed + REST - now
@@ -131,5 +134,6 @@ class Schedule:
         task, begun = self._under_way.pop(number, (None, 0.0))
         if task is not None and task.moves:
             waited = now - max(begun, self._shown)  # for this one alone
-            self._pace.took(task.scale, max(busy / BUDGET, waited / FLUENT))
+            load = max(busy, waited) / FLUENT
+            self._pace.took(task.scale, max(load, busy / SHARP) if task.scale > 0.5 else load)
         self._shown = now

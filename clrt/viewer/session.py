@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from clrt import moves
 from clrt.errors import SceneError
 from clrt.scene import MAX_SAMPLES, Camera, Scene
+from clrt.styles import STYLES
 from clrt.viewer.subject import Subject
 
 FOV = 40.0
@@ -63,6 +64,10 @@ class Sample(Message):
     samples: Annotated[int, Meta(ge=1, le=MAX_SAMPLES)]
 
 
+class Restyle(Message):
+    style: str
+
+
 class Frame(Message):
     frame: Annotated[int, Meta(ge=0)]
 
@@ -78,7 +83,7 @@ class Shown(Message):
     number: int
 
 
-Change: TypeAlias = Resize | Turn | Pan | Zoom | Reset | Project | Sample | Frame
+Change: TypeAlias = Resize | Turn | Pan | Zoom | Reset | Project | Sample | Restyle | Frame
 MESSAGES: msgspec.json.Decoder[Change | Pick | Shown] = msgspec.json.Decoder(Change | Pick | Shown)
 """Raises msgspec.DecodeError: it is none."""
 
@@ -149,6 +154,7 @@ class Session:
             "spheres": len(self.scene.spheres),
             "frames": subject.frames,
             "fps": subject.fps,
+            "styles": list(STYLES) if subject.styled else [],
         }
 
     @property
@@ -159,6 +165,7 @@ class Session:
             "frame": self._frame,
             "projection": camera.projection,
             "most": self.scene.samples,
+            "style": self.subject.style,
         }
 
     def change(self, message: Change) -> None:
@@ -173,16 +180,24 @@ class Session:
             self._reset()
         elif isinstance(message, Sample):
             self.scene = replace(self.scene, samples=message.samples)
+        elif isinstance(message, Restyle):
+            if self.subject.styled:
+                self.subject = self.subject.styled(message.style)
+                self._look_at(self._frame, stays=True)
         elif isinstance(message, Frame):
             frame = min(message.frame, self.subject.frames - 1)
-            scene = self.subject.at(frame)
-            if self.subject.is_trajectory:
-                scene = self.subject.seen_by(scene, self.scene.camera)
-            self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
+            self._look_at(frame, stays=self.subject.is_trajectory)
         elif self._size is not None:
             with suppress(SceneError), np.errstate(all="ignore"):
                 camera = self._moved(self.scene.camera, message, self._size)
                 self.scene = self.subject.seen_by(self.scene, camera)
+
+    def _look_at(self, frame: int, stays: bool) -> None:
+        """stays: the camera does."""
+        scene = self.subject.at(frame)
+        if stays:
+            scene = self.subject.seen_by(scene, self.scene.camera)
+        self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
 
     def _moved(
         self, camera: Camera, message: Turn | Pan | Zoom | Project, size: moves.Size

@@ -2,22 +2,25 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from msgspec.structs import replace
 
 from clrt import figure, styles
 from clrt.animation import Way, all_frames
-from clrt.errors import named
+from clrt.figure import Look
 from clrt.files import figures
-from clrt.files.particles.reader import Reader, read
+from clrt.files.particles.reader import read
 from clrt.files.resolved import resolved
 from clrt.files.scenefile import as_scene
+from clrt.flow import Flow
 from clrt.particles import Particles
 from clrt.scene import Camera, Scene
+
+SIZE = (1920, 1080)
+"""That a figure fits into at first."""
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
@@ -47,6 +50,10 @@ class Subject:
     """A scene with another camera."""
     values: Callable[[int, int], dict[str, Any]] = _nothing
     """What a file knows of a frame's sphere."""
+    style: str | None = None
+    """That its particles are drawn in; None: it is no figure whose style can be chosen."""
+    styled: "Callable[[str], Subject] | None" = None
+    """The same in another style."""
 
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
         """What is known of a sphere; None of -1, which is none."""
@@ -83,7 +90,7 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
     return Subject(words, at, moves.frames, moves.fps, is_noted=is_noted)
 
 
-def of_particles(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Subject:
+def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Subject:
     """A file of particles, and its frames. All are seen by the first one's camera, and a column's
     colours stand for the first one's values.
 
@@ -94,37 +101,53 @@ def of_particles(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -
     Raises:
         RequestError: it cannot be read, or has not what is to be drawn.
     """
-    with Reader(path) as file:
-        frames = file.count()
+    look = figures.look(SIZE, **drawn)
+    flow = Flow(path, look)
 
-    @lru_cache(2)
+    @lru_cache(1)
     def particles(frame: int) -> Particles:
         return read(path, frame)
 
-    column = particles(0).values.get(drawn.get("color") or "")
-    if column is not None and drawn.get("clim") is None and np.isfinite(column).any():
-        finite = column[np.isfinite(column)]
-        drawn = drawn | {"clim": (float(finite.min()), float(finite.max()))}
-    look = figures.look((1920, 1080), **drawn)
-
-    @lru_cache(2)
-    def at(frame: int) -> Scene:
-        with named(path):
-            scene = figure.scene(particles(frame), look)
-        return scene if frame == 0 else styles.seen_by(scene, at(0).camera)
-
     def values(frame: int, index: int) -> dict[str, Any]:
-        return {name: column[index].item() for name, column in particles(frame).values.items()}
+        return _values(particles(frame), index)
 
     return Subject(
-        (str(path), *words, *_options(drawn)),
-        at,
-        frames,
+        (str(path), *words, *_options(drawn | {"clim": flow.look.clim})),
+        lru_cache(2)(flow.scene),
+        len(flow.frames),
         is_trajectory=True,
         is_noted=False,
         seen_by=styles.seen_by,
         values=values,
+        style=look.style,
+        styled=lambda style: of_file(path, drawn | {"style": style}, words),
     )
+
+
+def of_particles(particles: Particles, style: str = "matte") -> Subject:
+    """Particles that are no file.
+
+    Raises:
+        RequestError: they have not what is to be drawn.
+    """
+    scene = figure.scene(particles, Look(style=style))
+    return Subject(
+        (),
+        lambda frame: scene,
+        seen_by=styles.seen_by,
+        values=lambda frame, index: _values(particles, index),
+        style=style,
+        styled=partial(of_particles, particles),
+    )
+
+
+def of_figure(scene: Scene) -> Subject:
+    """A scene that was made of particles, whose lights are a style's."""
+    return Subject((), lambda frame: scene, seen_by=styles.seen_by)
+
+
+def _values(particles: Particles, index: int) -> dict[str, Any]:
+    return {name: column[index].item() for name, column in particles.values.items()}
 
 
 def _options(given: dict[str, Any]) -> Iterator[str]:

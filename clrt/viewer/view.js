@@ -11,6 +11,7 @@ const MARKUP = `
     <button type="button" name="reset" title="R">Reset</button>
     <button type="button" name="projection" title="O" aria-pressed="false">Orthographic</button>
     <label>Samples <select name="samples"></select></label>
+    <label class="style" hidden>Style <select name="style"></select></label>
     <span class="time" hidden>
       <button type="button" name="play" title="Space" aria-pressed="false">Play</button>
       <label>Frame <input type="range" name="frame" min="0" value="0"></label>
@@ -31,7 +32,7 @@ export function view(root, send) {
   root.classList.add("clrt-view");
   root.innerHTML = MARKUP;
   const canvas = root.querySelector("canvas");
-  const context = canvas.getContext("2d", { alpha: true });
+  const context = canvas.getContext("bitmaprenderer");
   const text = root.querySelector("pre");
   const status = root.querySelector("output[role=status]");
   const form = root.querySelector("form").elements;
@@ -41,6 +42,7 @@ export function view(root, send) {
   let name = "picture";
   let playing = null; // since when, and from which frame
   let frames = 1, fps = 30;
+  let width = 0, height = 0; // of the picture: the canvas has the pixels of the screen
 
   function change(message) {
     changes += 1;
@@ -61,6 +63,8 @@ export function view(root, send) {
     ({ name, frames, fps } = told);
     root.querySelector(".time").hidden = frames < 2;
     form.frame.max = frames - 1;
+    root.querySelector(".style").hidden = !told.styles.length;
+    form.style.replaceChildren(...told.styles.map((name) => new Option(name, name)));
     say(`${told.spheres.toLocaleString("en")} spheres`);
   }
 
@@ -68,8 +72,7 @@ export function view(root, send) {
     const bitmap = await createImageBitmap(file, { colorSpaceConversion: "none" });
     if (header.number > newest) {
       newest = header.number;
-      context.clearRect(0, 0, canvas.width, canvas.height);
-      context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+      context.transferFromImageBitmap(bitmap);
       controls(header);
       if (header.final && header.changes === changes) {
         final = { ...header, file };
@@ -79,7 +82,7 @@ export function view(root, send) {
       root.dispatchEvent(new CustomEvent("picture", { detail: header, bubbles: true }));
     }
     bitmap.close();
-    requestAnimationFrame(() => send({ do: "shown", number: header.number }));
+    send({ do: "shown", number: header.number }); // the next one can come while this is painted
   }
 
   function controls(header) {
@@ -90,6 +93,7 @@ export function view(root, send) {
       form.samples.replaceChildren(...all.map((n) => new Option(n, n)));
     }
     form.samples.value = header.most;
+    form.style.value = header.style;
     if (!header.moves && header.most > 1) say(`${header.samples} of ${header.most} samples`);
     if (!playing) form.frame.value = header.frame;
     form.at.value = header.frame;
@@ -104,21 +108,16 @@ export function view(root, send) {
     return Object.entries(sphere).map(([key, v]) => `${key} ${value(v)}`).join(", ");
   }
 
-  // The canvas has the pixels of the screen.
   new ResizeObserver(([entry]) => {
     const device = entry.devicePixelContentBoxSize?.[0];
     const box = device ?? entry.contentBoxSize[0], ratio = device ? 1 : devicePixelRatio;
-    const width = Math.round(box.inlineSize * ratio), height = Math.round(box.blockSize * ratio);
-    if (!width || !height || (width === canvas.width && height === canvas.height)) return;
-    const before = document.createElement("canvas");
-    [before.width, before.height] = [canvas.width, canvas.height];
-    before.getContext("2d").drawImage(canvas, 0, 0);
-    [canvas.width, canvas.height] = [width, height]; // which clears it
-    context.drawImage(before, 0, 0, width, height);
+    const across = Math.round(box.inlineSize * ratio), down = Math.round(box.blockSize * ratio);
+    if (!across || !down || (across === width && down === height)) return;
+    [width, height] = [across, down];
     change({ do: "resize", width, height });
   }).observe(canvas);
 
-  const ratio = () => canvas.width / canvas.clientWidth;
+  const ratio = () => width / canvas.clientWidth;
   const at = (event) => {
     const box = canvas.getBoundingClientRect();
     return [(event.clientX - box.left) * ratio(), (event.clientY - box.top) * ratio()];
@@ -130,7 +129,9 @@ export function view(root, send) {
     canvas.setPointerCapture(event.pointerId);
     held = { id: event.pointerId, from: at(event), last: at(event), moved: false };
   });
-  canvas.addEventListener("pointermove", (event) => {
+  // The raw ones do not wait for the screen's next frame.
+  const moved = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
+  canvas.addEventListener(moved, (event) => {
     if (held?.id !== event.pointerId) return;
     const here = at(event);
     const far = Math.hypot(here[0] - held.from[0], here[1] - held.from[1]) > CLICK * ratio();
@@ -156,7 +157,7 @@ export function view(root, send) {
   // Whole numbers are the middles of pixels there.
   const zoom = (factor, x, y) =>
     change({ do: "zoom", factor: Math.min(Math.max(factor, 0.01), 100), x: x - 0.5, y: y - 0.5 });
-  const middle = () => [canvas.width / 2, canvas.height / 2];
+  const middle = () => [width / 2, height / 2];
 
   const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   const KEYS = {
@@ -175,7 +176,7 @@ export function view(root, send) {
     if (!way && !does) return;
     event.preventDefault();
     if (does) return does();
-    const [x, y] = way.map((step) => step * STEP * canvas.height);
+    const [x, y] = way.map((step) => step * STEP * height);
     change({ do: event.shiftKey ? "pan" : "turn", x, y });
   });
 
@@ -186,6 +187,7 @@ export function view(root, send) {
   };
   form.samples.onchange = () => change({ do: "sample", samples: Number(form.samples.value) });
   form.frame.oninput = () => change({ do: "frame", frame: Number(form.frame.value) });
+  form.style.onchange = () => change({ do: "restyle", style: form.style.value });
   form.play.onclick = () => {
     playing = playing ? null : { since: performance.now(), from: Number(form.frame.value) };
     form.play.setAttribute("aria-pressed", Boolean(playing));
