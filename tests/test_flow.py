@@ -28,7 +28,6 @@ RENDERER = clrt.Renderer()
 @pytest.fixture
 def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     comment = "Properties=pos:R:3:radius:R:1:heat:R:1"
     text = ""
     for at, heat in zip(AT, HEAT, strict=True):
