@@ -245,9 +245,9 @@ def on_background(picture: Array, background: Color) -> Array:
     found: Array = picture[..., :3]
     if any(background):
         left = 1 - picture[..., 3]
-        found = found.copy()
+        found = np.empty(found.shape, picture.dtype)
         for i, part in enumerate(np.array(background, picture.dtype)):  # in long loops
-            found[..., i] += left * part
+            np.add(picture[..., i], left * part, out=found[..., i])
     return found
 
 
@@ -280,11 +280,11 @@ FIRST = int(LEAST.view(np.uint32)) >> SHIFT
 def _srgb_bytes(picture: Array) -> Array:
     """What integers() finds without this, sooner: by a table, and where a step of it has two bytes
     by the curve itself."""
-    clipped = np.fmin(np.fmax(picture, LEAST), np.float32(1))  # NaN is the least
+    clipped = np.fmin(np.fmax(picture.reshape(-1), LEAST), np.float32(1))  # NaN is the least
     found: Array = _srgb_table().take((clipped.view(np.uint32) >> SHIFT) - FIRST)
-    doubtful = np.nonzero(found < 0)
+    doubtful = np.flatnonzero(found < 0)
     found[doubtful] = _on_curve(clipped[doubtful])
-    return found.astype(np.uint8)
+    return found.astype(np.uint8).reshape(picture.shape)
 
 
 def _on_curve(linear: Array) -> Array:
