@@ -22,11 +22,13 @@ PROGRAM = shutil.which("chromium")
 SHIFT = 8  # of DevTools' modifiers
 KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Enter": 13}
 
-# What a canvas shows: a function of it, and of its width and height.
-PIXELS = """((canvas, width, height) => {
+# What a canvas shows: a function that returns its width and height on the screen, and its pixels.
+PIXELS = """((canvas) => {
+  const { left, right, top, bottom } = canvas.getBoundingClientRect();
+  const width = Math.round(right) - Math.round(left), height = Math.round(bottom) - Math.round(top);
   const context = new OffscreenCanvas(width, height).getContext("2d");
   context.drawImage(canvas, 0, 0, width, height);
-  return Array.from(context.getImageData(0, 0, width, height).data);
+  return [width, height, Array.from(context.getImageData(0, 0, width, height).data)];
 })"""
 
 

@@ -109,8 +109,7 @@ def page(tmp_path: Path) -> Iterator[Page]:
 def test_marimo(page: Page) -> None:
     page.wait(READY, 60)
     canvas = f"{FIND}.querySelector('canvas')"
-    width, height = page.value(f"(c => [c.clientWidth, c.clientHeight])({canvas})")
-    pixels = page.value(f"{PIXELS}({canvas}, {width}, {height})")
+    width, height, pixels = page.value(f"{PIXELS}({canvas})")
     seen = np.array(pixels, np.uint8).reshape(height, width, 4)[..., :3]
     expected = clrt.render("four-spheres", width, height, dtype="uint8")
     assert (seen == expected).all()

@@ -97,8 +97,7 @@ def size(page: Page) -> tuple[int, int]:
 
 def on_canvas(page: Page) -> np.ndarray:
     """What is drawn on it: (height, width, 4)."""
-    width, height = size(page)
-    pixels = page.value(PIXELS + f"(document.querySelector('canvas'), {width}, {height})")
+    width, height, pixels = page.value(PIXELS + "(document.querySelector('canvas'))")
     return np.array(pixels, np.uint8).reshape(height, width, 4)
 
 
