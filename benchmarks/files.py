@@ -82,6 +82,10 @@ def command(
     return harness.wall(rendered)()
 
 
+def table(found: Sequence[dict[str, Any]]) -> str:
+    return harness.table(HEAD, [row(figure) for figure in found])
+
+
 def row(figure: dict[str, Any]) -> Sequence[str]:
     parts = (f"{figure[stage]:.2f}" for stage in STAGES)
     seconds = f"{figure['median']:.2f} ({figure['min']:.2f}-{figure['max']:.2f})"

@@ -131,11 +131,10 @@ def command(quick: bool, embree: Path | None) -> None:
         [molecule(n) for n in ([1000] if quick else [10**5, 10**6])], size, turns
     )
     print("\n`clrt render FILE`, one sample a pixel\n")
-    print(harness.table(files.HEAD, [files.row(figure) for figure in of_files]))
+    print(files.table(of_files))
     folder = harness.results_folder(quick)
-    record = {"size": size, "figures": figures, "crossover": crossover, "script": script}
-    record["files"] = of_files
-    harness.record(folder, "many", record)
+    harness.record(folder, "many", {"size": size, "figures": figures, "crossover": crossover})
+    harness.record(folder, "files", {"size": size, "script": script, "files": of_files})
     plot(figures, folder / "many.png")
 
 

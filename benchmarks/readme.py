@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from benchmarks import features, harness, many, peers, samples, scale, view
+from benchmarks import features, files, harness, many, peers, samples, scale, view
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -192,7 +192,8 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "animation": ("animation", animation),
     "features": ("features", lambda f: features.table(f["size"], f["features"])),
     "many": ("many", many_spheres),
-    "script": ("many", script),
+    "script": ("files", script),
+    "files": ("files", lambda f: files.table(f["files"])),
     "scale": ("scale", scale.report),
     "view": ("view", lambda f: view.table(f["scenes"])),
     **{name: ("samples", table) for name, table in samples.TABLES.items()},
