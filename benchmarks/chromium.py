@@ -67,6 +67,11 @@ class Page:
             time.sleep(0.02)
         return found
 
+    def resize(self, width: int, height: int) -> None:
+        """To so many pixels of the screen."""
+        size = {"width": width, "height": height}
+        self.do("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
+
     def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
         """kind: Pressed, Released, Moved or Wheel."""
         self.do("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, **more)

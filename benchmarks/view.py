@@ -123,11 +123,11 @@ def measure(browser: Chromium, name: str, seconds: float) -> dict[str, Any]:
     with shown(name) as address:
         page = browser.open("about:blank")
         page.do("Page.addScriptToEvaluateOnNewDocument", source=SCRIPT)
-        size(page, SIZE[0], SIZE[1] + 100)
+        page.resize(SIZE[0], SIZE[1] + 100)
         page.do("Page.navigate", url=address)
         page.wait("window.seen?.some(({ final }) => final)")
         height = page.value("document.querySelector('canvas').clientHeight")
-        size(page, SIZE[0], 2 * SIZE[1] + 100 - height)
+        page.resize(SIZE[0], 2 * SIZE[1] + 100 - height)
         page.wait("document.querySelector('canvas').clientHeight === " + str(SIZE[1]))
         left: dict[str, Any] = {"button": "left", "buttons": 1, "clickCount": 1}
         page.mouse("Pressed", 700, 500, **left)
@@ -143,16 +143,6 @@ def measure(browser: Chromium, name: str, seconds: float) -> dict[str, Any]:
         page.close()
     first, stamps, seen = found
     return figures(first, stamps, seen, still, took)
-
-
-def size(page: Page, width: int, height: int) -> None:
-    page.do(
-        "Emulation.setDeviceMetricsOverride",
-        width=width,
-        height=height,
-        deviceScaleFactor=1,
-        mobile=False,
-    )
 
 
 def figures(

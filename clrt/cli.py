@@ -298,7 +298,7 @@ def render(
         from clrt.files.scenewriter import save_scene as write_scene
         from clrt.styles import seen_by
 
-        drawing = figures.look((width, height), **look, **drawn)
+        drawing = figures.look(size=(width, height), **look, **drawn)
         loaded = figures.of_file(Path(scene), frame or 0, drawing)
         if camera is not None:
             loaded = seen_by(loaded, camera)
@@ -441,7 +441,7 @@ def animate(
         from clrt.files.figures import look as looking
         from clrt.flow import Flow
 
-        drawing = looking((width, height), **look, **drawn)
+        drawing = looking(size=(width, height), **look, **drawn)
         way = Flow(Path(scene), drawing, view_all=view_all)
     else:
         only_for_particles(scene, **drawn, view_all=view_all)

@@ -242,8 +242,9 @@ class Renderer(AbstractContextManager["Renderer"]):
         reach = noise(scene)
         if "passes" in programs:
             around, inside = grown(max(film.halo(scene.film, scene.samples), reach))
-            own_progress = quiet(progress)
-            looks, seconds = expose(programs["passes"], around, use="passes", progress=own_progress)
+            looks, seconds = expose(
+                programs["passes"], around, use="passes", progress=quiet(progress)
+            )
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
             radius = self._exposer.world(scene).spheres.radius

@@ -13,9 +13,9 @@ from clrt.particlefile import ParticleFile
 from clrt.scene import Scene
 
 
-def look(size: tuple[int, int], **given: Any) -> Look:
+def look(**given: Any) -> Look:
     """How particles are drawn; what is None is not given."""
-    return Look(size=size, **{key: value for key, value in given.items() if value is not None})
+    return Look(**{key: value for key, value in given.items() if value is not None})
 
 
 def of_file(path: Path, frame: int, look: Look) -> Scene:

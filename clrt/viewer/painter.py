@@ -1,6 +1,6 @@
 """Painter: threads that draw what a session sees, and send it.
 
-One renders, another one encodes and sends: so the next picture is rendered meanwhile.
+One renders, another one encodes and sends: so at rest the next picture is rendered meanwhile.
 """
 
 import io

@@ -127,7 +127,7 @@ class Schedule:
         self._steps = []
 
     def show(self, number: int, now: float, busy: float) -> None:
-        """A picture is on the screen.
+        """A page has drawn a picture.
 
         busy: how long it took to render and encode.
         """

@@ -78,7 +78,7 @@ class Pick(Message):
 
 
 class Shown(Message):
-    """A picture is on the screen: another one can come."""
+    """A picture was drawn: another one can come."""
 
     number: int
 

@@ -19,9 +19,6 @@ from clrt.flow import Flow
 from clrt.particles import Particles
 from clrt.scene import Camera, Scene
 
-SIZE = (1920, 1080)
-"""That a figure fits into at first."""
-
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
     return replace(scene, camera=camera)
@@ -101,7 +98,7 @@ def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Sub
     Raises:
         RequestError: it cannot be read, or has not what is to be drawn.
     """
-    look = figures.look(SIZE, **drawn)
+    look = figures.look(**drawn)
     flow = Flow(path, look)
 
     @lru_cache(1)
