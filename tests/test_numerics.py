@@ -28,8 +28,13 @@ from clrt.metrics import QUARTER_STEP
 from clrt.pack import Precision
 from clrt.renderer import Renderer
 
-# Lanes: the two ways that the kernel's source can be read. In float64 the second one only.
-WAYS: list[tuple[Precision, int]] = [("robust", 1), ("robust", 16), ("double", 16)]
+# Lanes: the two ways that the kernel's source can be read.
+WAYS = [
+    ("robust", 1),
+    ("robust", 16),
+    pytest.param("double", 1, marks=pytest.mark.slow),
+    ("double", 16),
+]
 WIDE = np.finfo(np.longdouble).nmant > np.finfo(np.float64).nmant
 
 every_case = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

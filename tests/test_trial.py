@@ -104,7 +104,11 @@ LIES = [
 
 @pytest.mark.parametrize(
     ("precision", "film", "lie"),
-    [("robust", *lie) for lie in LIES] + [("literal", *LIES[0]), ("double", *LIES[0])],
+    [
+        pytest.param(precision, *lie, marks=[pytest.mark.slow] * (precision != "robust" and i > 0))
+        for precision in PRECISIONS
+        for i, lie in enumerate(LIES)
+    ],
 )
 def test_a_wrong_program_is_found(device: cl.Device, precision, film, lie) -> None:
     """Wrong in each packet's last lane only, by a little of its light."""
