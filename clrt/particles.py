@@ -1,6 +1,7 @@
 """What a file of particles holds: positions, and what is known of each."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,9 @@ class Particles:
         values: columns of numbers by name, (n,) each; NaN where nothing is known.
         cell: (3, 3), a row for each edge of the box that they are in.
         origin: (3,), the corner of the box that its edges start from.
+        texts: columns of text by name, (n,) str each; none has the name of a column of values.
+        bonds: (m, 2) indices of two different particles each.
+        unit: that of all lengths, as "angstrom" or "nm".
 
     An array is kept as it is if nobody else can write to it; else it is copied.
 
@@ -45,6 +49,9 @@ class Particles:
         values: Mapping[str, ArrayLike] | None = None,
         cell: ArrayLike | None = None,
         origin: ArrayLike = (0.0, 0.0, 0.0),
+        texts: Mapping[str, ArrayLike] | None = None,
+        bonds: ArrayLike | None = None,
+        unit: str | None = None,
     ) -> None:
         self.positions: Array = floats("positions", positions, 3)
         self.radii = None if radii is None else self._radii(radii)
@@ -61,6 +68,13 @@ class Particles:
         """(3, 3) float64."""
         self.origin = _box("origin", origin, (3,))
         """(3,) float64."""
+        self.texts = {name: self._text(name, one) for name, one in (texts or {}).items()}
+        """(n,) str each, of NumPy's kind U."""
+        self.bonds = None if bonds is None else self._bonds(bonds)
+        """(m, 2) int32."""
+        good = unit is None or (isinstance(unit, str) and unit != "")
+        require(good, "unit", "the name of a unit of length", unit)
+        self.unit = unit
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -84,7 +98,7 @@ class Particles:
         return columns[name]
 
     def where(self, mask: ArrayLike) -> "Particles":
-        """Those of which mask (n,) is True.
+        """Those of which mask (n,) is True, with the bonds between them.
 
         Raises:
             SceneError: it is no such mask.
@@ -96,17 +110,24 @@ class Particles:
         def part(array: Array | None) -> Array | None:
             return None if array is None else frozen(array[kept])
 
-        return Particles(
-            frozen(self.positions[kept]),
-            part(self.radii),
-            part(self.colors),
-            part(self.elements),
-            part(self.types),
-            self.type_names,
-            {name: frozen(column[kept]) for name, column in self.values.items()},
-            self.cell,
-            self.origin,
+        return self.replaced(
+            positions=frozen(self.positions[kept]),
+            radii=part(self.radii),
+            colors=part(self.colors),
+            elements=part(self.elements),
+            types=part(self.types),
+            values={name: frozen(column[kept]) for name, column in self.values.items()},
+            texts={name: frozen(column[kept]) for name, column in self.texts.items()},
+            bonds=None if self.bonds is None else _bonds_among(self.bonds, kept),
         )
+
+    def replaced(self, **changes: Any) -> "Particles":
+        """The same with other arrays, by the names of Particles()'s arguments.
+
+        Raises:
+            SceneError: as Particles().
+        """
+        return Particles(**{**vars(self), **changes})
 
     def _rows(self, key: str, array: Array) -> Array:
         n = len(self)
@@ -144,6 +165,36 @@ class Particles:
         array = np.asarray(given)
         require(array.ndim == 1 and array.dtype.kind in "biuf", name, "numbers (n,)", given)
         return owned(self._rows(name, array))
+
+    def _text(self, name: str, given: ArrayLike) -> Array:
+        array = np.asarray(given)
+        if array.dtype.kind == "O" and all(isinstance(one, str) for one in array.flat):
+            array = array.astype(str)
+        require(array.ndim == 1 and array.dtype.kind in "SU", name, "text (n,)", given)
+        require(name not in self.values, name, "either numbers or text", "both")
+        if array.dtype.kind == "S":
+            try:
+                array = array.astype("U")  # of ASCII, 20 times as fast as to decode it
+            except UnicodeDecodeError:
+                array = np.char.decode(array, "utf-8", "replace")
+        return owned(self._rows(name, array))
+
+    def _bonds(self, given: ArrayLike) -> Array:
+        array, n = np.asarray(given), len(self)
+        good = array.shape[1:] == (2,) and array.dtype.kind in "iu"
+        require(good or array.size == 0, "bonds", "whole numbers of shape (m, 2)", given)
+        array = array.reshape(-1, 2)
+        inside = (array >= 0) & (array < n)
+        check_rows("bonds", inside, array, f"indices of particles from 0 to {n - 1}")
+        two = array[:, 0] != array[:, 1]
+        check_rows("bonds", two, array, "two different particles")
+        return owned(array.astype(np.int32, copy=False))
+
+
+def _bonds_among(bonds: Array, kept: Array) -> Array:
+    """The bonds between the particles that are kept (n,), by their new indices."""
+    index = np.cumsum(kept, dtype=np.int32) - 1
+    return frozen(index[bonds[kept[bonds].all(axis=1)]])
 
 
 def _colors(given: ArrayLike) -> Array:

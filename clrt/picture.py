@@ -157,14 +157,9 @@ def _changed(
     own_box = cell is not None and not isinstance(cell, bool)
     if radii is None and colors is None and values is None and not own_box:
         return particles
-    return Particles(
-        particles.positions,
-        particles.radii if radii is None else radii,
-        particles.colors if colors is None else colors,
-        particles.elements,
-        particles.types,
-        particles.type_names,
-        {**particles.values, **more},
-        cell if own_box else particles.cell,
-        particles.origin,
+    return particles.replaced(
+        radii=particles.radii if radii is None else radii,
+        colors=particles.colors if colors is None else colors,
+        values={**particles.values, **more},
+        cell=cell if own_box else particles.cell,
     )

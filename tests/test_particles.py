@@ -46,6 +46,30 @@ def test_kinds_of_numbers() -> None:
     assert (pickle.loads(pickle.dumps(found)).positions == found.positions).all()
 
 
+def test_text_and_bonds() -> None:
+    found = clrt.Particles(
+        FOUR,
+        texts={
+            "chain": ["A", "A", "B", ""],
+            "residue": np.array([b"ALA", b"GLY", b"\xc3\x85", b"Z"]),
+        },
+        bonds=[(0, 1), (1, 3), (2, 3)],
+        unit="nm",
+    )
+    assert found.texts["residue"].tolist() == ["ALA", "GLY", "Å", "Z"]
+    assert found.bonds is not None
+    assert found.bonds.dtype == np.int32
+    part = found.where([False, True, True, True])
+    assert part.texts["chain"].tolist() == ["A", "B", ""]
+    assert same(part.bonds, np.array([[0, 2], [1, 2]], np.int32))
+    assert part.unit == "nm"
+    assert clrt.Particles(FOUR, bonds=[]).bonds.shape == (0, 2)  # type: ignore[union-attr]
+    objects = np.array(["a", "bc", "", "d"], object)
+    assert clrt.Particles(FOUR, texts={"name": objects}).texts["name"].tolist() == objects.tolist()
+    for array in (found.bonds, *found.texts.values()):
+        assert not array.flags.writeable
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -70,6 +94,15 @@ def test_kinds_of_numbers() -> None:
         ({"values": {"v": [1, 2]}}, "v: expected 4 of them, as positions, got (2,)"),
         ({"cell": [1, 2, 3]}, "cell: expected finite numbers of shape (3, 3), got [1, 2, 3]"),
         ({"cell": np.full((3, 3), np.inf)}, "cell: expected finite numbers of shape (3, 3), got f"),
+        ({"texts": {"name": ["a"]}}, "name: expected 4 of them, as positions, got (1,)"),
+        ({"texts": {"name": [1, 2, 3, 4]}}, "name: expected text (n,), got [1, 2, 3, 4]"),
+        ({"texts": {"v": ["a"] * 4}, "values": {"v": [1] * 4}}, "v: expected either numbers or te"),
+        ({"bonds": [0, 1]}, "bonds: expected whole numbers of shape (m, 2), got [0, 1]"),
+        ({"bonds": [[0, 1.5]]}, "bonds: expected whole numbers of shape (m, 2), got [[0, 1.5]]"),
+        ({"bonds": [[0, 1], [3, 4]]}, "bonds[1]: expected indices of particles from 0 to 3, got ["),
+        ({"bonds": [[0, 1], [-1, 2]]}, "bonds[1]: expected indices of particles from 0 to 3, got"),
+        ({"bonds": [[2, 2]]}, "bonds[0]: expected two different particles, got [2, 2]"),
+        ({"unit": ""}, "unit: expected the name of a unit of length, got ''"),
         ({"origin": "here"}, "origin: expected finite numbers of shape (3,), got 'here'"),
     ],
 )
