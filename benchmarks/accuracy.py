@@ -9,10 +9,11 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
-from clrt import metrics, reference
-from clrt.pack import PRECISIONS, Precision
-from clrt.renderer import Renderer
-from clrt.scene import Scene
+from clrt import reference
+from clrt.film import metrics
+from clrt.renderer.pack import PRECISIONS, Precision
+from clrt.renderer.renderer import Renderer
+from clrt.scene.scene import Scene
 from clrt.values import Vec3
 
 TRUTHS: tuple[tuple[reference.Truth, float], ...] = (("exact", 0.0), ("seed", 1e-5))

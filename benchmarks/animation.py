@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 import clrt
 from benchmarks import harness
-from clrt import animation
 from clrt.files import video
-from clrt.renderer import Renderer
+from clrt.motion import animation
+from clrt.renderer.renderer import Renderer
 
 CRF = 18
 

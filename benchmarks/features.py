@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
-from clrt.renderer import Renderer
-from clrt.scene import Scene
+from clrt.renderer.renderer import Renderer
+from clrt.scene.scene import Scene
 
 ABOVE = (0.3, 2.4, 1.5)
 BASE = clrt.load_scene("four-spheres")

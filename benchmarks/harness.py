@@ -12,10 +12,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from clrt.light import PointLight
 from clrt.opencl.device import find_device
-from clrt.renderer import Renderer
-from clrt.scene import Scene
+from clrt.renderer.renderer import Renderer
+from clrt.scene.light import PointLight
+from clrt.scene.scene import Scene
 
 RESULTS = Path(__file__).parent / "results"
 

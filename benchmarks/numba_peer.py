@@ -13,7 +13,7 @@ from numba import float32, njit, prange
 from numpy.typing import NDArray
 
 from benchmarks import harness
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 
 CHUNK = 8  # rows; 1 to 16 are within a few per cent, the default loses 40 %
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import harness
-from clrt.light import Light
-from clrt.scene import Material, Scene
-from clrt.spheres import Sphere
+from clrt.scene.light import Light
+from clrt.scene.scene import Material, Scene
+from clrt.scene.spheres import Sphere
 
 Vector = NDArray[np.float64]
 

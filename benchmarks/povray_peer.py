@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks import harness
 from clrt.files import image
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 
 
 def scene_text(scene: Scene) -> str:

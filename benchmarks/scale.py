@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from benchmarks import harness
-from clrt import data
+from clrt import storage
 
 Figures = dict[str, Any]
 FRAMES = 10_000
@@ -44,7 +44,7 @@ def command(quick: bool) -> None:
 
 def texts() -> dict[str, str]:
     """Scene files: `orbit`, and with many small spheres."""
-    orbit = (data.folder("scenes") / "orbit.toml").read_text()
+    orbit = (storage.folder("scenes") / "orbit.toml").read_text()
     low, high = np.array([-2, -0.6, -3]), np.array([2, 1, 1])
     centers = np.random.default_rng(1).uniform(low, high, (BEADS, 3)).tolist()
     bead = '[[spheres]]\ncenter = {}\nradius = 0.02\nmaterial = "green"\n'
@@ -106,10 +106,10 @@ def cache(shared: Path, turns: int) -> Figures:
     kept = max(shared.iterdir(), key=lambda path: path.stat().st_size)
 
     def start() -> None:
-        for _ in data.abandoned(shared.glob("run-*")):
+        for _ in storage.abandoned(shared.glob("run-*")):
             pass
         own = Path(tempfile.mkdtemp(prefix="run-", dir=shared))
-        binary = data.kept(kept) or b""
+        binary = storage.kept(kept) or b""
         for name in ("program.bc", "render/64-1-1/render.so", "render/0-0-0/render.so"):
             (own / name).parent.mkdir(parents=True, exist_ok=True)
             (own / name).write_bytes(binary[: len(binary) // 3])  # PoCL unpacks it

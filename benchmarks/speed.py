@@ -17,11 +17,11 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
-from clrt import pack
-from clrt.pack import LANES
-from clrt.renderer import Renderer
-from clrt.scene import Scene
-from clrt.spheres import Sphere
+from clrt.renderer import pack
+from clrt.renderer.pack import LANES
+from clrt.renderer.renderer import Renderer
+from clrt.scene.scene import Scene
+from clrt.scene.spheres import Sphere
 
 Row = tuple[str, list[float], str]
 
@@ -174,7 +174,7 @@ def whole_command(width: int, height: int, turns: int, figures: dict[str, Any]) 
             environment["XDG_CACHE_HOME"] = f"{folder}/warm"
             return seconds
 
-        # The command's own script, as a user has it: `python -m clrt.cli` would do as well.
+        # The command's own script, as a user has it: `python -m clrt` would do as well.
         script = str(Path(sys.executable).with_name("clrt"))
         size = ("--width", str(width), "--height", str(height))
         render = run(script, "render", "-q", *size)

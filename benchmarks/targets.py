@@ -15,8 +15,8 @@ from benchmarks import harness
 from benchmarks.speed import many_spheres
 from clrt.opencl import pocl
 from clrt.opencl.device import find_device
-from clrt.pack import Precision
-from clrt.renderer import Renderer
+from clrt.renderer.pack import Precision
+from clrt.renderer.renderer import Renderer
 
 # What to call it, PoCL's library of built-in functions, the CPU to compile for.
 TARGETS = (

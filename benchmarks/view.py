@@ -21,7 +21,7 @@ import click
 import clrt
 from benchmarks import harness, many
 from benchmarks.chromium import Chromium, Page
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 from clrt.viewer.server import View
 from clrt.viewer.session import Session
 from clrt.viewer.subject import Subject

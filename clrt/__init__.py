@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__: str
 
 if TYPE_CHECKING:
+    from clrt import figure as figure
     from clrt import reference
-    from clrt.animation import animate
-    from clrt.cluster import render_frame
     from clrt.errors import (
         ClrtError,
         DeviceError,
@@ -23,24 +22,31 @@ if TYPE_CHECKING:
         SceneError,
         SceneWarning,
     )
+    from clrt.figure.plot import Picture, plot
     from clrt.files.image import save
     from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.files.scenewriter import save_scene
-    from clrt.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
-    from clrt.particlefile import ParticleFile
-    from clrt.particles import Particles
-    from clrt.picture import Picture, plot
-    from clrt.renderer import Renderer, render
-    from clrt.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
-    from clrt.spheres import Sphere, Spheres
+    from clrt.film import color as color
+    from clrt.film import decor as decor
+    from clrt.film import metrics as metrics
+    from clrt.motion.animation import animate
+    from clrt.motion.cluster import render_frame
+    from clrt.particles import elements as elements
+    from clrt.particles import palette as palette
+    from clrt.particles.particlefile import ParticleFile
+    from clrt.particles.particles import Particles
+    from clrt.renderer.renderer import Renderer, render
+    from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+    from clrt.scene.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
+    from clrt.scene.spheres import Sphere, Spheres
     from clrt.viewer.notebook import show
 
 # Where each public name comes from. It is imported when it is first used, for the command line
 # needs little of it, and to import all takes as long as to render a 4K picture.
 _HOMES = {
-    "clrt.animation": ("animate",),
-    "clrt.cluster": ("render_frame",),
+    "clrt.motion.animation": ("animate",),
+    "clrt.motion.cluster": ("render_frame",),
     "clrt.errors": (
         "ClrtError",
         "DeviceError",
@@ -53,13 +59,12 @@ _HOMES = {
     ),
     "clrt.files.image": ("save",),
     "clrt.files.particles.reader": ("read", "read_frames"),
-    "clrt.particlefile": ("ParticleFile",),
-    "clrt.particles": ("Particles",),
-    "clrt.picture": ("Picture", "plot"),
-    "clrt.reference": ("reference",),
-    "clrt.renderer": ("Renderer", "render"),
-    "clrt.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
-    "clrt.scene": (
+    "clrt.particles.particlefile": ("ParticleFile",),
+    "clrt.particles.particles": ("Particles",),
+    "clrt.figure.plot": ("Picture", "plot"),
+    "clrt.renderer.renderer": ("Renderer", "render"),
+    "clrt.scene.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
+    "clrt.scene.scene": (
         "Animation",
         "Camera",
         "Cell",
@@ -69,10 +74,21 @@ _HOMES = {
         "Material",
         "Scene",
     ),
-    "clrt.spheres": ("Sphere", "Spheres"),
+    "clrt.scene.spheres": ("Sphere", "Spheres"),
     "clrt.viewer.notebook": ("show",),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),
     "clrt.files.scenewriter": ("save_scene",),
+}
+
+# Modules that the documentation calls by these names.
+_MODULES = {
+    "color": "clrt.film.color",
+    "decor": "clrt.film.decor",
+    "elements": "clrt.particles.elements",
+    "figure": "clrt.figure",
+    "metrics": "clrt.film.metrics",
+    "palette": "clrt.particles.palette",
+    "reference": "clrt.reference",
 }
 
 __all__ = [
@@ -121,10 +137,13 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.import_module("importlib.metadata").version("clrt")
+    if name in _MODULES:
+        found = importlib.import_module(_MODULES[name])
+        globals()[name] = found
+        return found
     for home, names in _HOMES.items():
         if name in names:
-            module = importlib.import_module(home)
-            found = module if home == f"clrt.{name}" else getattr(module, name)
+            found = getattr(importlib.import_module(home), name)
             globals()[name] = found
             return found
     raise AttributeError(f"module 'clrt' has no attribute {name!r}")

@@ -18,7 +18,7 @@ SIGNALS = [
 for number in SIGNALS:
     signal.signal(number, signal.SIG_DFL)
 
-from clrt.cli import main as command  # noqa: E402
+from clrt.commands.cli import main as command  # noqa: E402
 
 PATIENCE = 1.0  # seconds to clean up in
 _ended = float("-inf")  # when

@@ -12,13 +12,14 @@ import pyopencl as cl
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from clrt import metrics, pack
 from clrt.files.image import save
+from clrt.film import metrics
 from clrt.opencl import program
 from clrt.opencl.device import devices, label
-from clrt.pack import LANES, Features, Precision
-from clrt.renderer import Renderer
-from clrt.scene import Scene
+from clrt.renderer import pack
+from clrt.renderer.pack import LANES, Features, Precision
+from clrt.renderer.renderer import Renderer
+from clrt.scene.scene import Scene
 
 DEVICES = devices()
 # Ctrl-C may be ignored where the tests were started; processes would inherit that.

@@ -23,8 +23,8 @@ from clrt import (
     SpotLight,
     load_scene,
 )
-from clrt.light import LightKind
-from clrt.metrics import QUARTER_STEP
+from clrt.film.metrics import QUARTER_STEP
+from clrt.scene.light import LightKind
 from clrt.values import Vec3
 
 

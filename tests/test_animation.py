@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt.animation import Way, all_frames, animate, camera_at
+from clrt.motion.animation import Way, all_frames, animate, camera_at
 from clrt.values import Vec3
 
 ORBIT = clrt.load_scene("orbit")

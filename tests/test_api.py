@@ -24,6 +24,20 @@ def test_every_public_name_is_there() -> None:
         clrt.nothing_of_the_kind  # noqa: B018
 
 
+def test_every_documented_dotted_name_is_there() -> None:
+    """After `import clrt` alone, each in a process that has imported nothing else."""
+    told = "\n".join(path.read_text() for path in [*PAGES, *(ROOT / "examples").glob("*.py")])
+    names = set(re.findall(r"\bclrt(?:\.[A-Za-z_]\w*)+", told)) - {"clrt.toml"}
+    assert {"clrt.color.linear", "clrt.figure.Look", "clrt.decor.legend"} <= names
+    code = "import importlib, sys\n" + "".join(
+        "for one in [m for m in sys.modules if m.split('.')[0] == 'clrt']: del sys.modules[one]\n"
+        f"import clrt\n{name}\n"
+        for name in sorted(names)
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize(
     "page",
     [page for page in PAGES if page.stem not in RUN_ELSEWHERE],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.decor import cell
+from clrt.film.decor import cell
 
 Array = np.ndarray[Any, Any]
 NONE = (0.0, 0.0, 0.0)

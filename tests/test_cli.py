@@ -13,9 +13,9 @@ from msgspec.structs import replace
 from PIL import Image
 
 import clrt
-from clrt.cli import main
-from clrt.data import folder
+from clrt.commands.cli import main
 from clrt.files import image
+from clrt.storage import folder
 
 SMALL = ["--width", "40", "--height", "23"]
 

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from PIL import Image
 
 import clrt
-from clrt import cluster
+from clrt.motion import cluster
 
 ORBIT = clrt.load_scene("orbit")
 SMALL: dict[str, Any] = {"width": 48, "height": 27}
@@ -199,7 +199,7 @@ def test_a_scene_has_one_hash_in_every_process() -> None:
     smooth = replace(ORBIT, samples=16)
     assert len({cluster.fingerprint(scene) for scene in (ORBIT, smooth, many, other)}) == 4
     code = (
-        "import clrt; from clrt.cluster import fingerprint\n"
+        "import clrt; from clrt.motion.cluster import fingerprint\n"
         "print(fingerprint(clrt.load_scene('orbit')))"
     )
     for seed in ("1", "2"):

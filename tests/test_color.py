@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from clrt import color
 from clrt.errors import RequestError
+from clrt.film import color
 
 
 def test_the_curve() -> None:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from clrt import color, elements, palette
-from clrt.coloring import colored
 from clrt.errors import RequestError
-from clrt.particles import Particles
+from clrt.figure.coloring import colored
+from clrt.film import color
+from clrt.particles import elements, palette
+from clrt.particles.particles import Particles
 
 AT = np.arange(12.0).reshape(4, 3)
 ALL = Particles(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.decor import decorations
+from clrt.film.decor import decorations
 from clrt.values import BLACK, WHITE
 
 CAMERA = clrt.Camera((0, 0, 9), (0, 0, 0), projection="orthographic", height=4)
@@ -60,7 +60,8 @@ def test_a_scene_without_them_needs_no_font() -> None:
         "from clrt.decor import decorations\n"
         "scene = clrt.load_scene('four-spheres')\n"
         "assert decorations.marks(scene, (8, 5), (0, 0, 8, 5), False, None) == []\n"
-        "print([m for m in sys.modules if 'PIL' in m or m in ('clrt.decor.panel', 'clrt.lens')])"
+        "late = 'clrt.film.decor.panel', 'clrt.scene.lens'\n"
+        "print([m for m in sys.modules if 'PIL' in m or m in late])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")

@@ -4,8 +4,8 @@ import gemmi
 import numpy as np
 import pytest
 
-from clrt import elements
-from clrt.particles import HEAVIEST
+from clrt.particles import elements
+from clrt.particles.particles import HEAVIEST
 
 ALL = range(1, 119)
 

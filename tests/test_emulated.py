@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.metrics import QUARTER_STEP
+from clrt.film.metrics import QUARTER_STEP
 
 pytestmark = [
     pytest.mark.slow,

@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 import clrt
-from clrt.data import folder
+from clrt.storage import folder
 
 
 class Fault(msgspec.Struct):

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import clrt
-from clrt.cli import main
+from clrt.commands.cli import main
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "gallery.md").read_text()

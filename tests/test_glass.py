@@ -8,9 +8,10 @@ from hard_cases import BASE, MIDDLE, at, with_glass
 from msgspec.structs import replace
 
 import clrt
-from clrt import glass, pack, reference
+from clrt import reference
 from clrt.errors import RequestError, SceneError, SceneWarning
-from clrt.pack import PRECISIONS, Features
+from clrt.renderer import glass, pack
+from clrt.renderer.pack import PRECISIONS, Features
 
 SIZE = (150, 100)
 BALL = at(MIDDLE, 0.5, "glass")

@@ -15,7 +15,7 @@ import tifffile
 from PIL import Image
 
 import clrt
-from clrt import data
+from clrt import storage
 from clrt.errors import OutputError, RequestError
 from clrt.files import deep, image
 
@@ -346,7 +346,7 @@ def test_what_a_killed_process_left_goes(tmp_path: Path) -> None:
         path.touch()
     for path in (old, held, other):
         os.utime(path, (0, 0))
-    lock = data.locked(held)
+    lock = storage.locked(held)
     image.save(tmp_path / "a.png", BYTES)
     os.close(lock)
     assert set(tmp_path.iterdir()) == {held, young, other, tmp_path / "a.png"}

@@ -3,8 +3,9 @@
 import numpy as np
 
 import clrt
-from clrt import color, elements, palette
-from clrt.decor import legend
+from clrt.film import color
+from clrt.film.decor import legend
+from clrt.particles import elements, palette
 
 
 def srgb(entry: clrt.LegendEntry) -> list[int]:

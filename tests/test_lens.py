@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt import Camera, lens
+from clrt import Camera
+from clrt.scene import lens
 
 CAMERA = Camera((0, 0, 0), (0, 0, -1))
 BESIDE = Camera((0, 0, 0), (0, 0, -1), projection="orthographic", height=2)

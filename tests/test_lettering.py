@@ -6,8 +6,8 @@ import warnings
 import pytest
 from PIL import ImageFont
 
-from clrt.decor import lettering
 from clrt.errors import SceneWarning
+from clrt.film.decor import lettering
 
 
 def test_ascii_is_all_there() -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import AmbientLight, DirectionalLight, Light, PointLight, SceneError, SpotLight
-from clrt.light import LightKind
+from clrt.scene.light import LightKind
 
 SIZE = (150, 100)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from clrt import metrics
 from clrt.errors import RequestError
+from clrt.film import metrics
 
 
 def test_figures() -> None:

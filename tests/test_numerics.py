@@ -20,13 +20,13 @@ from clrt import (
     Scene,
     Sphere,
     SpotLight,
-    metrics,
     reference,
 )
-from clrt.light import LightKind
-from clrt.metrics import QUARTER_STEP
-from clrt.pack import Precision
-from clrt.renderer import Renderer
+from clrt.film import metrics
+from clrt.film.metrics import QUARTER_STEP
+from clrt.renderer.pack import Precision
+from clrt.renderer.renderer import Renderer
+from clrt.scene.light import LightKind
 
 # Lanes: the two ways that the kernel's source can be read.
 WAYS = [

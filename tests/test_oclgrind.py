@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 TRIED = (1, 4, 16)  # lanes, the slowest first
 OUT_OF_BOUNDS = """
 import small_pictures
-from clrt import trial
+from clrt.renderer import trial
 from clrt.opencl import program
 source = program.kernel_source().replace("* width + column);", "* width + column + 1);")
 assert source != program.kernel_source()

@@ -13,9 +13,11 @@ from conftest import run_kernel
 from msgspec.structs import replace
 
 import clrt
-from clrt import Camera, Material, Scene, Sphere, Spheres, lens, pack, trial
+from clrt import Camera, Material, Scene, Sphere, Spheres
 from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
+from clrt.renderer import pack, trial
+from clrt.scene import lens
 
 STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
     "Camera": pack.camera_dtype,

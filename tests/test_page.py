@@ -16,9 +16,9 @@ from PIL import Image
 import clrt
 from benchmarks import chromium
 from benchmarks.chromium import PIXELS, SHIFT, Chromium, Page
-from clrt import moves
-from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
+from clrt.motion.animation import camera_at
+from clrt.viewer import orbit
 
 pytestmark = [
     pytest.mark.slow,
@@ -149,29 +149,29 @@ def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     page.drag(MIDDLE, (240, 150), (240, 165))
     degrees = 180 / height
     # By and by: floats differ in the last place.
-    expected = moves.turned(moves.turned(start, -40 * degrees, 0), 0, 15 * degrees)
+    expected = orbit.turned(orbit.turned(start, -40 * degrees, 0), 0, 15 * degrees)
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("r")
     assert camera(page) == start
     page.drag(MIDDLE, (170, 190), modifiers=SHIFT)
-    expected = moves.panned(start, -30, 40, (width, height))
+    expected = orbit.panned(start, -30, 40, (width, height))
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("r")
     page.mouse("Wheel", 100, 50, deltaX=0, deltaY=-120)
-    expected = moves.zoomed(start, np.exp(120 / 500), (99.5, 49.5), (width, height))
+    expected = orbit.zoomed(start, np.exp(120 / 500), (99.5, 49.5), (width, height))
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("r")
     page.value("document.querySelector('canvas').focus()")
     page.key("ArrowRight")
-    assert camera(page) == moves.turned(start, -180 / 36, 0)
+    assert camera(page) == orbit.turned(start, -180 / 36, 0)
     page.key("ArrowRight", SHIFT)
     assert camera(page).look_at != start.look_at
     page.key("r")
     page.key("o")
-    assert camera(page) == moves.orthographic(start, (width, height))
+    assert camera(page) == orbit.orthographic(start, (width, height))
     page.key("o")
     page.key("+")
-    expected = moves.zoomed(start, 1.1, (width / 2 - 0.5, height / 2 - 0.5), (width, height))
+    expected = orbit.zoomed(start, 1.1, (width / 2 - 0.5, height / 2 - 0.5), (width, height))
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from clrt import color, palette
 from clrt.errors import RequestError
+from clrt.film import color
+from clrt.particles import palette
 
 
 def test_linear_follows_the_standard() -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt import color, film, palette
-from clrt.decor import lettering, panel
-from clrt.decor.ticks import ticks
+from clrt.film import color, develop
+from clrt.film.decor import lettering, panel
+from clrt.film.decor.ticks import ticks
+from clrt.particles import palette
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 Array = np.ndarray[Any, Any]
@@ -21,7 +22,7 @@ def painted(look: clrt.Film, size: tuple[int, int], **options: Any) -> Array:
     found = panel.marks(look, size, region, **given)
     picture = np.zeros((region[3] - region[1], region[2] - region[0], 4), np.float32)
     assert (np.diff(found.pixel) > 0).all()
-    return film.marked(picture, 0, found)
+    return develop.marked(picture, 0, found)
 
 
 def bar(low: float = 0, high: float = 1, label: str = " ", **options: Any) -> clrt.Film:
@@ -48,7 +49,7 @@ def test_the_colors_are_the_maps(name: str) -> None:
     table = palette.colormap(name)
     assert (shown[::-1, :3] == color.linear(table)).all()
     assert (shown[:, 3] == 1).all()
-    whole = film.integers(shown[:, :3], np.dtype(np.uint8), "srgb")
+    whole = develop.integers(shown[:, :3], np.dtype(np.uint8), "srgb")
     assert (whole[::-1] == table).all()
 
 

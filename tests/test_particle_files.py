@@ -11,10 +11,10 @@ import pytest
 from conftest import same
 
 import clrt
-from clrt import color
 from clrt.files.particles import lammps, text, xyz
 from clrt.files.particles.reader import READERS, Reader
 from clrt.files.particles.suffix import SUFFIXES, is_particles
+from clrt.film import color
 
 N = 50
 RANDOM = np.random.default_rng(1)

@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from test_numerics import WIDE, renderer_of
 
 import clrt
-from clrt import metrics, reference
-from clrt.renderer import Renderer
+from clrt import reference
+from clrt.film import metrics
+from clrt.renderer.renderer import Renderer
 
 U = 2.0**-24
 # float32 has no such depths, nor long double more digits than float64 everywhere.

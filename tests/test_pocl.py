@@ -141,7 +141,7 @@ def test_signals_are_answered_afterwards() -> None:
 def test_somebody_cleans_up(tmp_path: Path) -> None:
     program = """
 import shutil, clrt
-from clrt.data import cache_folder
+from clrt.storage import cache_folder
 renderer, scene = clrt.Renderer(), clrt.load_scene("four-spheres")
 shutil.rmtree(cache_folder())
 before = renderer.render(scene, 9, 9)

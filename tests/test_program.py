@@ -13,11 +13,11 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt import data
+from clrt import storage
 from clrt.errors import DeviceError
 from clrt.opencl import program
-from clrt.pack import USES, Features
-from clrt.renderer import Renderer
+from clrt.renderer.pack import USES, Features
+from clrt.renderer.renderer import Renderer
 
 
 def picture(device: cl.Device) -> np.ndarray:
@@ -59,22 +59,22 @@ def test_what_does_not_compile_says_why(device: cl.Device) -> None:
 
 def test_a_pipe_in_the_cache_is_nothing_to_wait_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    assert data.kept(tmp_path / "pipe") is None
+    assert storage.kept(tmp_path / "pipe") is None
 
 
 def test_the_cache_forgets_what_was_not_used_for_longest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("clrt.data.KEPT_ROOM", 350)
-    paths = [tmp_path / (f"{i}" * data.KEY_LENGTH) for i in range(4)]
+    monkeypatch.setattr("clrt.storage.KEPT_ROOM", 350)
+    paths = [tmp_path / (f"{i}" * storage.KEY_LENGTH) for i in range(4)]
     (tmp_path / "run-x").mkdir()
     for i, path in enumerate(paths[:3]):
-        data.keep(path, bytes(50))
+        storage.keep(path, bytes(50))
         os.utime(path, (i, i))
-    assert data.kept(paths[0]) == bytes(50)  # now it is the youngest
-    data.keep(paths[3], bytes(100))
+    assert storage.kept(paths[0]) == bytes(50)  # now it is the youngest
+    storage.keep(paths[3], bytes(100))
     assert [path.exists() for path in paths] == [True, False, True, True]
-    data.keep(paths[1], bytes(400))  # larger than all of it
+    storage.keep(paths[1], bytes(400))  # larger than all of it
     assert [path.name for path in tmp_path.iterdir()] == ["run-x"]
 
 

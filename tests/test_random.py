@@ -27,7 +27,8 @@ from hard_cases import BASE, made_of
 from msgspec.structs import replace
 
 import clrt
-from clrt import metrics, reference
+from clrt import reference
+from clrt.film import metrics
 
 COUNTS = (4, 16, 64, 256, 1024)
 SIZE = (64, 32)
@@ -342,7 +343,8 @@ def test_bits(device: cl.Device, render, monkeypatch: pytest.MonkeyPatch, tree: 
     assert (render(EVERYTHING, ODD, tree) == whole).all()
     # In another process, by one thread.
     code = (
-        "import sys; from clrt import pack; import numpy as np; import test_random as this\n"
+        "import sys; import numpy as np; import test_random as this\n"
+        "from clrt.renderer import pack\n"
         f"pack.TREE_FROM = 1 if {tree} else np.inf\n"
         f"with this.clrt.Renderer(device={device.name!r}, lanes=16, threads=1) as renderer:\n"
         "    picture = renderer.render(this.EVERYTHING, *this.ODD)\n"

@@ -15,8 +15,8 @@ import pytest
 from conftest import options, run_kernel
 from numpy.typing import NDArray
 
-from clrt import pack
-from clrt.pack import Precision
+from clrt.renderer import pack
+from clrt.renderer.pack import Precision
 
 Array = NDArray[Any]
 

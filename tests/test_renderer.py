@@ -19,8 +19,9 @@ from conftest import kept, renderer_for
 from msgspec.structs import replace
 
 import clrt
-from clrt import color, metrics, reference
-from clrt.renderer import Renderer, exposures
+from clrt import reference
+from clrt.film import color, metrics
+from clrt.renderer.renderer import Renderer, exposures
 
 TRUTHS: list[tuple[reference.Truth, float]] = [("seed", 1e-5), ("exact", 0.0)]
 SIZES = [(240, 135), (101, 67), (1, 1), (1, 7), (7, 1), (17, 2)]
@@ -218,7 +219,7 @@ def test_started_by_many_threads_at_once() -> None:
 import os, threading
 from concurrent.futures import ThreadPoolExecutor
 import clrt
-from clrt.data import cache_folder
+from clrt.storage import cache_folder
 before, scene = dict(os.environ), clrt.load_scene("four-spheres")
 with ThreadPoolExecutor(8) as threads:
     pictures = list(threads.map(lambda i: clrt.render(scene, 20, 10), range(8)))

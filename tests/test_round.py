@@ -11,8 +11,8 @@ from conftest import options, run_kernel
 from msgspec.structs import replace
 
 import clrt
-from clrt import metrics
-from clrt.pack import PRECISIONS, Precision
+from clrt.film import metrics
+from clrt.renderer.pack import PRECISIONS, Precision
 
 ANGLES = """
 // given: an angle; found: its sine, its cosine, and the angle that these have.

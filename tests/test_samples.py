@@ -18,10 +18,12 @@ from conftest import kept, renderer_for
 from msgspec.structs import replace
 
 import clrt
-from clrt import metrics, pack, reference, samples
-from clrt.cli import main
+from clrt import reference
+from clrt.commands.cli import main
+from clrt.film import metrics
 from clrt.opencl import program
-from clrt.renderer import Renderer
+from clrt.renderer import pack, samples
+from clrt.renderer.renderer import Renderer
 
 Array = np.ndarray[Any, Any]
 PAIRS = 1 + pack.BOUNCES * (pack.KINDS + 1)

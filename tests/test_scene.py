@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt.scene import beyond_one_ray, beyond_paper
+from clrt.scene.scene import beyond_one_ray, beyond_paper
 
 RED = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), shininess=100)
 CAMERA = clrt.Camera((0, 0, 1), (0, 0, 0))

@@ -14,8 +14,8 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 import clrt
-from clrt.data import folder
 from clrt.files.scenefile import parse_scene
+from clrt.storage import folder
 
 GOOD = """
 max_depth = 3

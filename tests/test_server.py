@@ -24,7 +24,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 import clrt
-from clrt.cli import main
+from clrt.commands.cli import main
 from clrt.errors import RequestError
 from clrt.viewer.server import MESSAGE, View
 from clrt.viewer.session import Session

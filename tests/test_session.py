@@ -11,9 +11,9 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt import moves
-from clrt.animation import camera_at
 from clrt.files.scenefile import parse_camera
+from clrt.motion.animation import camera_at
+from clrt.viewer import orbit
 from clrt.viewer.session import FOV, MESSAGES, Change, Pick, Session, Shown
 from clrt.viewer.subject import Subject, of
 
@@ -55,18 +55,18 @@ def test_a_drag_to_the_right_shows_the_left_side() -> None:
 
 def test_moves_are_those_of_the_camera() -> None:
     size = 90, 45
-    assert camera({"do": "pan", "x": 3, "y": -4.5}) == moves.panned(START, 3, -4.5, size)
+    assert camera({"do": "pan", "x": 3, "y": -4.5}) == orbit.panned(START, 3, -4.5, size)
     zoom = {"do": "zoom", "factor": 2, "x": 80, "y": 1}
-    assert camera(zoom) == moves.zoomed(START, 2, (80, 1), size)
+    assert camera(zoom) == orbit.zoomed(START, 2, (80, 1), size)
     straight = camera({"do": "project", "projection": "orthographic"})
-    assert straight == moves.orthographic(START, size)
+    assert straight == orbit.orthographic(START, size)
     both = [{"do": "project", "projection": p} for p in ("orthographic", "perspective")]
     assert camera(*both).fov == START.fov == 90
     assert camera(zoom, {"do": "reset"}) == START
 
 
 def test_a_scene_that_is_orthographic_gets_a_field_of_view() -> None:
-    scene = replace(clrt.load_scene("four-spheres"), camera=moves.orthographic(START, (90, 45)))
+    scene = replace(clrt.load_scene("four-spheres"), camera=orbit.orthographic(START, (90, 45)))
     subject = Subject(("x",), lambda frame: scene)
     message = {"do": "project", "projection": "perspective"}
     assert session(message, subject=subject).scene.camera.fov == FOV

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.spheres import Sphere, Spheres
+from clrt.scene.spheres import Sphere, Spheres
 
 CENTER = np.arange(12.0).reshape(4, 3)
 RED = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), shininess=100)

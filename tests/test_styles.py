@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt import styles
+from clrt.figure import styles
 
 PAGE = (Path(__file__).parents[1] / "docs" / "styles.md").read_text()
 

@@ -10,10 +10,11 @@ from click.testing import CliRunner
 from PIL import Image
 
 import clrt
-from clrt import moves, styles
-from clrt.animation import camera_at
-from clrt.cli import main
+from clrt.commands.cli import main
 from clrt.errors import RequestError
+from clrt.figure import styles
+from clrt.motion.animation import camera_at
+from clrt.viewer import orbit
 from clrt.viewer.session import Frame, Reset, Resize, Restyle, Sample, Session, Turn
 from clrt.viewer.subject import Subject, of, of_figure, of_file, of_particles
 
@@ -70,7 +71,7 @@ def test_a_trajectory(flow: Path) -> None:
 def test_lights_go_with_the_camera_of_a_figure(flow: Path) -> None:
     subject = of_file(flow, {"style": "soft"})
     before = subject.at(0)
-    behind = moves.turned(before.camera, 180, 0)
+    behind = orbit.turned(before.camera, 180, 0)
     after = subject.seen_by(before, behind)
     way = np.array([light.direction for light in (before.lights[0], after.lights[0])])  # type: ignore
     # In the cameras' own axes it is the same.
@@ -135,7 +136,7 @@ def test_particles_without_a_file() -> None:
 def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
     scene = of_figure(clrt.plot(flow, size=(40, 30), samples=1).scene).at(0)
     subject = of_figure(scene)
-    after = subject.seen_by(scene, moves.turned(scene.camera, 90, 0))
+    after = subject.seen_by(scene, orbit.turned(scene.camera, 90, 0))
     assert after.lights[0] != scene.lights[0]
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from clrt.decor.ticks import ticks
+from clrt.film.decor.ticks import ticks
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,13 @@ from conftest import renderer_for
 from msgspec.structs import replace
 
 import clrt
-from clrt import metrics, pack, reference
+from clrt import reference
+from clrt.film import metrics
 from clrt.opencl import program, tree
 from clrt.opencl.tree import Plan, Tree
-from clrt.pack import Precision
-from clrt.renderer import Renderer
+from clrt.renderer import pack
+from clrt.renderer.pack import Precision
+from clrt.renderer.renderer import Renderer
 
 MATERIALS = {
     "mirror": clrt.Material((0.1, 0, 0), (0.6, 0.1, 0.1), (1, 1, 1), 100, reflection=0.5),

@@ -14,12 +14,13 @@ import pytest
 from msgspec.structs import replace
 
 import clrt
-from clrt import data, pack, trial
+from clrt import storage
 from clrt.errors import DeviceError, DeviceWarning
 from clrt.opencl import program
 from clrt.opencl.device import devices
-from clrt.pack import LANES, PRECISIONS, Features
-from clrt.renderer import Renderer
+from clrt.renderer import pack, trial
+from clrt.renderer.pack import LANES, PRECISIONS, Features
+from clrt.renderer.renderer import Renderer
 
 EXPOSE = "Exposure exposure = exposure_of(sample);"
 PLAIN = Features(4, "robust", "float")
@@ -169,7 +170,7 @@ def test_narrower_lanes_are_tried(
             assert what in str(warning.message)
         assert renderer.lanes == 2
         assert (image == right).all()
-        assert len(list((tmp_path / "clrt").glob("?" * data.KEY_LENGTH))) == 1
+        assert len(list((tmp_path / "clrt").glob("?" * storage.KEY_LENGTH))) == 1
 
 
 def test_the_command_says_so(tmp_path: Path) -> None:
@@ -217,7 +218,7 @@ CRASHES = {
 def test_what_crashes_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     child = tmp_path / "python"
     child.write_text(
-        f"#!{sys.executable} -P\nimport ctypes, os, sys, time\nfrom clrt import trial\n"
+        f"#!{sys.executable} -P\nimport ctypes, os, sys, time\nfrom clrt.renderer import trial\n"
         f"def crash(*words):\n    {code}\ntrial.try_here = crash\ntrial.main()\n"
     )
     child.chmod(0o755)
@@ -252,7 +253,7 @@ def test_the_child_makes_what_is_made_here(lanes: int) -> None:
 def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
     """A terminal sends it to both; here the parent alone gets it."""
     code = (
-        "from clrt import trial, pack\nfrom clrt.opencl import program\n"
+        "from clrt.renderer import trial, pack\nfrom clrt.opencl import program\n"
         "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
         "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "

@@ -10,10 +10,10 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 import clrt
-from clrt.cli import main
-from clrt.data import folder
+from clrt.commands.cli import main
 from clrt.errors import RequestError
 from clrt.files import image, video
+from clrt.storage import folder
 
 SMALL = ["--width", "48", "--height", "27"]
 
@@ -108,7 +108,7 @@ def test_numbered_pictures_split_and_resumed(run, tmp_path: Path) -> None:
 def test_an_interrupt_leaves_no_video_and_whole_pictures(
     run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from clrt import animation
+    from clrt.motion import animation
 
     def interrupted(*words: Any, **options: Any):
         yield from list(real(*words, **options))[:3]

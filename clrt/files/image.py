@@ -14,7 +14,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt import data, memory
+from clrt import memory, storage
 from clrt.errors import ClrtError, OutputError, RequestError
 from clrt.files import deep, png
 
@@ -233,7 +233,7 @@ def as_png(film: NDArray[Any], *, transfer: str = "linear", command: str = "") -
 def _sweep(folder: Path) -> None:
     """Removes what killed processes were writing there. Once: to list a folder of ten thousand
     pictures takes as long as to write one."""
-    for old in data.abandoned(folder.glob(".*.part")):
+    for old in storage.abandoned(folder.glob(".*.part")):
         if re.fullmatch(PART, old.name):
             old.unlink(missing_ok=True)
 
@@ -257,7 +257,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     try:
         beside.touch(exist_ok=False)
         with suppress(OSError):  # some network file systems have no locks
-            lock = data.locked(beside)
+            lock = storage.locked(beside)
         yield beside
         if target.exists():
             shutil.copymode(target, beside)

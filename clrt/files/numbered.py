@@ -15,10 +15,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.ahead import in_order
 from clrt.errors import OutputError, RequestError
 from clrt.files import image
-from clrt.film import integers
+from clrt.film.develop import integers
+from clrt.pipeline import in_order
 
 FPS = 30.0  # of pictures of which nothing is said
 AHEAD = 2  # pictures that are read while one is encoded

@@ -13,7 +13,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.ahead import in_order
+from clrt.pipeline import in_order
 
 # A file depends on its picture only, and not on the number of cores: so do its bands. Smaller ones
 # cost time, larger ones leave cores idle at the end of a 1080p picture.

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec.structs import replace
 
-from clrt import data
+from clrt import storage
 from clrt.errors import SceneError
-from clrt.light import LIGHT_KINDS
-from clrt.scene import Camera, Material, Scene
+from clrt.scene.light import LIGHT_KINDS
+from clrt.scene.scene import Camera, Material, Scene
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
@@ -26,7 +26,7 @@ LONG_KEY = re.compile(
 
 def builtin_scenes() -> list[str]:
     """The names of the scenes that come with clrt."""
-    return sorted(path.stem for path in data.folder("scenes").glob("*.toml"))
+    return sorted(path.stem for path in storage.folder("scenes").glob("*.toml"))
 
 
 def load_scene(source: str | Path) -> Scene:
@@ -41,7 +41,7 @@ def load_scene(source: str | Path) -> Scene:
     name = str(source)
     path = Path(source)
     if name in builtin_scenes():
-        path = data.folder("scenes") / f"{name}.toml"
+        path = storage.folder("scenes") / f"{name}.toml"
     try:
         text = _read(path)
     except FileNotFoundError:

@@ -11,12 +11,12 @@ import numpy as np
 import tomli_w
 from msgspec.structs import fields, replace
 
-from clrt import color
 from clrt.errors import RequestError
 from clrt.files.image import check_file, written_whole
-from clrt.particlefile import ParticleFile
-from clrt.scene import Scene
-from clrt.spheres import Sphere, Spheres
+from clrt.film import color
+from clrt.particles.particlefile import ParticleFile
+from clrt.scene.scene import Scene
+from clrt.scene.spheres import Sphere, Spheres
 
 NUMBERS = re.compile(r"\[\s+((?:[-+.\w]+,\s+)+)\]")
 """A list of numbers, one a line, as tomli_w has them."""

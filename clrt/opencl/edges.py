@@ -35,7 +35,7 @@ def refine(
             are neighbours.
         paths: (rows, columns) uint32.
         kernels: `edges` and `render` of a program that refines.
-        arguments: of `render`, see clrt.pack.
+        arguments: of `render`, see clrt.renderer.pack.
         progress: called with the number of rows just finished.
 
     Returns:

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from clrt import data
+from clrt import storage
 from clrt.errors import RequestError
 
 if TYPE_CHECKING:
@@ -103,12 +103,12 @@ def run_folder() -> Path:
     """
     global _run_folder
     if _run_folder is None:
-        cache = data.cache_folder()
-        for old in data.abandoned(cache.glob("run-*")):
+        cache = storage.cache_folder()
+        for old in storage.abandoned(cache.glob("run-*")):
             shutil.rmtree(old, ignore_errors=True)
         _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
         with suppress(OSError):  # some network file systems have no locks
-            data.locked(_run_folder)
+            storage.locked(_run_folder)
         atexit.register(_remove, _run_folder, os.getpid())
     return _run_folder
 

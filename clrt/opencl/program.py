@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from clrt import data
+from clrt import storage
 from clrt.errors import DeviceError
 from clrt.opencl import pocl
 from clrt.opencl.device import identity
@@ -41,7 +41,7 @@ _building = threading.Lock()  # catch_warnings() is not for several threads
 
 def kernel_source() -> str:
     """The kernel's source, one text of all files; #line names the file in error messages."""
-    folder = data.folder("kernels")
+    folder = storage.folder("kernels")
     return "".join(
         f'#line 1 "{name}.cl"\n' + (folder / f"{name}.cl").read_text() for name in KERNELS
     )
@@ -104,7 +104,7 @@ def _built(program: "cl.Program", options: Sequence[str]) -> "cl.Program":
 def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path:
     """Where a program is kept."""
     key = hashlib.sha256(repr((source, list(options), identity(device))).encode()).hexdigest()
-    return data.cache_folder() / key
+    return storage.cache_folder() / key
 
 
 def _first_error(log: str) -> str:

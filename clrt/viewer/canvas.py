@@ -8,8 +8,8 @@ from typing import Any
 import anywidget
 import msgspec
 
-from clrt import data
-from clrt.renderer import Renderer
+from clrt import storage
+from clrt.renderer.renderer import Renderer
 from clrt.viewer.painter import Painter, Stage
 from clrt.viewer.session import Change, Pick, Session, Shown
 from clrt.viewer.subject import Subject
@@ -22,7 +22,7 @@ def _stage() -> Stage:
 
 
 def _text(*names: str) -> str:
-    return "".join((data.folder("viewer") / name).read_text("utf-8") for name in names)
+    return "".join((storage.folder("viewer") / name).read_text("utf-8") for name in names)
 
 
 class Canvas(anywidget.AnyWidget):

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.errors import RequestError
+from clrt.figure.plot import Picture
 from clrt.files.particles.reader import read
 from clrt.files.particles.suffix import is_particles
-from clrt.picture import Picture
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 from clrt.viewer import subject
 
 if TYPE_CHECKING:

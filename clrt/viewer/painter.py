@@ -17,7 +17,7 @@ from PIL import Image
 
 from clrt.errors import ClrtError
 from clrt.files import image
-from clrt.renderer import Array, Renderer
+from clrt.renderer.renderer import Array, Renderer
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Pick, Session, Shot, Shown
 

@@ -18,9 +18,9 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
 
-from clrt import data
+from clrt import storage
 from clrt.errors import RequestError
-from clrt.renderer import Renderer
+from clrt.renderer.renderer import Renderer
 from clrt.viewer.painter import Painter, Stage
 from clrt.viewer.session import MESSAGES, Session
 
@@ -108,7 +108,7 @@ class View:
 
     def _page(self) -> Response:
         nonce = secrets.token_urlsafe(16)
-        folder = data.folder("viewer")
+        folder = storage.folder("viewer")
         script, socket, style = (
             (folder / name).read_text("utf-8") for name in ("view.js", "socket.js", "view.css")
         )

@@ -11,10 +11,10 @@ import numpy as np
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
-from clrt import moves
 from clrt.errors import SceneError
-from clrt.scene import MAX_SAMPLES, Camera, Scene
-from clrt.styles import STYLES
+from clrt.figure.styles import STYLES
+from clrt.scene.scene import MAX_SAMPLES, Camera, Scene
+from clrt.viewer import orbit
 from clrt.viewer.subject import Subject
 
 FOV = 40.0
@@ -94,7 +94,7 @@ class Shot(Struct, frozen=True):
     subject: Subject
     frame: int
     scene: Scene
-    size: moves.Size
+    size: orbit.Size
 
     @property
     def command(self) -> str:
@@ -129,7 +129,7 @@ class Session:
         """samples: default: the scene's."""
         self.subject = subject
         self._frame = 0
-        self._size: moves.Size | None = None
+        self._size: orbit.Size | None = None
         self.scene = subject.at(0)
         """What is seen, with as many samples as it gets at rest."""
         self._first = samples or self.scene.samples
@@ -200,17 +200,17 @@ class Session:
         self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
 
     def _moved(
-        self, camera: Camera, message: Turn | Pan | Zoom | Project, size: moves.Size
+        self, camera: Camera, message: Turn | Pan | Zoom | Project, size: orbit.Size
     ) -> Camera:
         """Raises SceneError: no camera can be there."""
         if isinstance(message, Turn):
             degrees = TURN / size[1]
-            return moves.turned(camera, -degrees * message.x, degrees * message.y)
+            return orbit.turned(camera, -degrees * message.x, degrees * message.y)
         if isinstance(message, Pan):
-            return moves.panned(camera, message.x, message.y, size)
+            return orbit.panned(camera, message.x, message.y, size)
         if isinstance(message, Zoom):
-            return moves.zoomed(camera, message.factor, (message.x, message.y), size)
+            return orbit.zoomed(camera, message.factor, (message.x, message.y), size)
         if message.projection == "orthographic":
-            return moves.orthographic(camera, size)
+            return orbit.orthographic(camera, size)
         fov = self.subject.at(self._frame).camera.fov or FOV
-        return moves.perspective(camera, fov, size)
+        return orbit.perspective(camera, fov, size)

@@ -8,16 +8,15 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from clrt import figure, styles
-from clrt.animation import Way, all_frames
-from clrt.figure import Look
-from clrt.files import figures
+from clrt.figure import compose, sources, styles
+from clrt.figure.compose import Look
+from clrt.figure.resolver import resolved
 from clrt.files.particles.reader import read
-from clrt.files.resolved import resolved
 from clrt.files.scenefile import as_scene
-from clrt.flow import Flow
-from clrt.particles import Particles
-from clrt.scene import Camera, Scene
+from clrt.motion.animation import Way, all_frames
+from clrt.motion.trajectory import Flow
+from clrt.particles.particles import Particles
+from clrt.scene.scene import Camera, Scene
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
@@ -98,7 +97,7 @@ def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Sub
     Raises:
         RequestError: it cannot be read, or has not what is to be drawn.
     """
-    look = figures.look(**drawn)
+    look = sources.look(**drawn)
     flow = Flow(path, look)
 
     @lru_cache(1)
@@ -127,7 +126,7 @@ def of_particles(particles: Particles, style: str = "matte") -> Subject:
     Raises:
         RequestError: they have not what is to be drawn.
     """
-    scene = figure.scene(particles, Look(style=style))
+    scene = compose.scene(particles, Look(style=style))
     return Subject(
         (),
         lambda frame: scene,

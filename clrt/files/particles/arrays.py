@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from clrt.errors import SceneError
 from clrt.files.particles.columns import Columns, particles
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 from clrt.values import Array, frozen
 
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clrt import elements
 from clrt.errors import ParticleWarning, SceneError
 from clrt.files.particles.text import is_number
-from clrt.particles import Particles
+from clrt.particles import elements
+from clrt.particles.particles import Particles
 from clrt.values import Array, RowError, frozen, some
 
 # Names of columns in small letters; the first that there is counts. All others are values.

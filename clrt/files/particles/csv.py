@@ -11,7 +11,7 @@ from clrt.files.particles.text import (
     split,
     table,
 )
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 
 DELIMITERS = (",", ";", "\t")
 HEADERS = {3: ["x", "y", "z"], 4: ["x", "y", "z", "radius"]}  # where the file has none

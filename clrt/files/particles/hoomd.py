@@ -7,7 +7,7 @@ import numpy as np
 
 from clrt.errors import RequestError
 from clrt.files.particles.columns import particles
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 
 
 class Frames:

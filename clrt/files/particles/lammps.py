@@ -9,7 +9,7 @@ import numpy as np
 
 from clrt.files.particles.columns import kind_of, particles
 from clrt.files.particles.text import Column, Lines, is_number, table
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 from clrt.values import Array, frozen
 
 AHEAD = "ITEM: "

@@ -8,7 +8,7 @@ import numpy as np
 from clrt.errors import SceneError
 from clrt.files.particles import arrays, hoomd
 from clrt.files.particles.columns import particles
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 from clrt.values import Array
 
 

@@ -12,7 +12,7 @@ from clrt import memory
 from clrt.errors import SceneError
 from clrt.files.particles.columns import particles
 from clrt.files.particles.text import MOST_COLUMNS, Column, Lines, table
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 from clrt.values import Array
 
 KINDS = {

@@ -24,7 +24,7 @@ from clrt.files.particles import (
 )
 from clrt.files.particles.text import Lines
 from clrt.files.particles.trajectory import Frames, Single, Trajectory
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 
 BUFFER = 1 << 20  # bytes
 

@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from clrt import data
+from clrt import storage
 from clrt.errors import ClrtError
 from clrt.files.particles.text import Lines, Mark
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 
 
 class Frames(Protocol):
@@ -106,7 +106,7 @@ class Trajectory:
             return
         self._kept = 1, None
         with suppress(ClrtError):
-            if content := data.kept(data.cache_folder() / self._key):
+            if content := storage.kept(storage.cache_folder() / self._key):
                 *starts, (count, _) = np.frombuffer(content, np.int64).reshape(-1, 2).tolist()
                 self._kept = len(starts), count or None
                 if len(starts) > len(self._starts):
@@ -118,7 +118,7 @@ class Trajectory:
         if (len(self._starts), self._count) != self._kept:
             found = np.array([*self._starts, (self._count or 0, 0)], np.int64)
             with suppress(ClrtError):  # there is no cache: they are found anew next time
-                data.keep(data.cache_folder() / self._key, found.tobytes())
+                storage.keep(storage.cache_folder() / self._key, found.tobytes())
 
     def _state(self) -> str:
         """A name in the cache that is another one once the file is changed."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from clrt.files.particles.columns import kind_of, particles
 from clrt.files.particles.text import Column, Lines, Mark, Table, is_number, table
-from clrt.particles import Particles
+from clrt.particles.particles import Particles
 from clrt.values import Array
 
 KINDS = {"R": "f8", "I": "i8", "S": "S", "L": "S"}

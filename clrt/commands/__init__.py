@@ -1,0 +1,1 @@
+"""Commands: clrt on the command line."""

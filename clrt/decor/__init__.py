@@ -1,1 +1,0 @@
-"""What is drawn over a picture: colour bars, legends, cells."""

@@ -1,0 +1,38 @@
+"""Sources: a file of particles as the scene that shows it."""
+
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from clrt.errors import named
+from clrt.figure import compose
+from clrt.figure.compose import Look
+from clrt.files.particles.reader import read
+from clrt.particles.particlefile import ParticleFile
+from clrt.scene.scene import Scene
+
+
+def look(**given: Any) -> Look:
+    """How particles are drawn; what is None is not given."""
+    return Look(**{key: value for key, value in given.items() if value is not None})
+
+
+def of_file(path: Path, frame: int, look: Look) -> Scene:
+    """The scene that shows a frame of a file, with its particles as spheres.
+
+    Raises:
+        RequestError: it cannot be read, or has not what is to be drawn; it names the file.
+        OutputError: it does not fit into memory.
+    """
+    particles = read(path, frame)
+    with named(path):
+        return compose.scene(particles, look)
+
+
+def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
+    """The same scene, but its particles stay in their file."""
+    one = ParticleFile(str(path), frame, **look.coloring)
+    # What the particles add to it they add again.
+    film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
+    return replace(scene, spheres=(), particles=(one,), film=film)

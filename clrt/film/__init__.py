@@ -1,0 +1,1 @@
+"""Film: a picture after it is traced."""

@@ -1,0 +1,1 @@
+"""Motion: pictures one after the other, on one machine or many."""

@@ -1,0 +1,1 @@
+"""Particles: many of them, and tables about them."""

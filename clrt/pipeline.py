@@ -1,0 +1,33 @@
+"""Pipeline: work on the next items while the caller is busy with one."""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def in_order(
+    work: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Generator[Result, None, None]:
+    """Does work on each item, several at a time, and yields the results in the items' order.
+
+    So many threads are at it that `threads` items are under way while the caller has a result. At
+    most `threads` + 1 results or items under way are held at a time. `items` is iterated in the
+    caller's thread.
+
+    Once closed, or after an error of the items, it waits for the work that is under way.
+
+    Raises:
+        What work or items raise.
+    """
+    under_way: deque[Future[Result]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        for item in items:
+            under_way.append(pool.submit(work, item))
+            if len(under_way) > threads:
+                yield under_way.popleft().result()
+        while under_way:
+            yield under_way.popleft().result()

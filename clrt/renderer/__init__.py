@@ -1,0 +1,1 @@
+"""Renderer: from a scene and a size to light."""

@@ -1,0 +1,196 @@
+"""Dispatch: a device's queue and a scene's buffers, which together expose films."""
+
+import warnings
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clrt import memory
+from clrt.errors import SceneWarning
+from clrt.opencl import bands, edges
+from clrt.opencl.tree import Tree
+from clrt.renderer import glass, pack
+from clrt.renderer.pack import Features, Precision
+from clrt.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+Array: TypeAlias = NDArray[Any]
+Program: TypeAlias = "tuple[Features, dict[str, cl.Kernel]]"
+Box: TypeAlias = tuple[int, int, int, int]
+
+
+class Exposer:
+    """Runs programs over films. It keeps what is packed of a scene while only the camera changes,
+    its tree, and the memory of films that nobody has any more."""
+
+    def __init__(self, queue: "cl.CommandQueue", precision: Precision) -> None:
+        self._queue = queue
+        self._precision = precision
+        self._world: pack.World | None = None
+        self._moved = False  # since the tree was built its spheres have been exchanged for others
+        self._films: defaultdict[str, memory.Films] = defaultdict(memory.Films)
+        self.tree: Tree | None = None
+
+    def close(self) -> None:
+        """Waits for the device and lets go of buffers and memory."""
+        self._queue.finish()
+        self._world = self.tree = None
+        self._films.clear()
+
+    def world(self, scene: Scene) -> pack.World:
+        """What is packed of a scene while only its camera changes."""
+        if self._world is None or not self._world.is_of(scene):
+            before, self._world = self._world, pack.pack_world(scene, self._precision)
+            if before is None or len(before.spheres) != len(self._world.spheres):
+                self.tree = None  # else its order may still do: see arguments()
+            self._moved = self.tree is not None
+        return self._world
+
+    def arguments(
+        self, scene: Scene, width: int, height: int, program: Program, seconds: float
+    ) -> dict[str, Any]:
+        """Those of any program for this scene, see pack.arguments().
+
+        Args:
+            program: one that can build the tree.
+            seconds: how long kernels ran for the picture before.
+        """
+        features, kernels = program
+        world = self.world(scene)
+        arguments = pack.arguments(world, scene, width, height)
+        if not features.tree:
+            return arguments
+        beads, fitted = arguments["beads"], None
+        if self._moved and self.tree is not None:
+            # As many spheres elsewhere: their order is kept if the picture is there sooner so.
+            fitted = self.tree.fit(beads, kernels)
+            loose = self.tree.looseness()
+            # The picture before may have been a small one, hence the bound.
+            if loose > 2 or seconds * (loose - 1) > self.tree.build_seconds:
+                self.tree = fitted = None
+            self._moved = False
+        if self.tree is None:
+            self.tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+        return arguments | (fitted or self.tree.fit(beads, kernels))
+
+    def blank(self, shape: tuple[int, ...], dtype: np.dtype[Any], use: str = "picture") -> Array:
+        """A film that nobody else has, of memory that was a film for the same use if there is any.
+
+        Raises:
+            OutputError: it does not fit into memory.
+        """
+        return self._films[use].film(shape, dtype)
+
+    def exposed(
+        self,
+        programs: Sequence[Program],
+        scene: Scene,
+        arguments: dict[str, Any],
+        size: tuple[int, int],
+        box: Box,
+        *,
+        use: str = "picture",
+        out: Array | None = None,
+        progress: Callable[[int], object] | None = None,
+    ) -> tuple[Array, float]:
+        """A film as one program makes it, or a second one after it.
+
+        Args:
+            programs: that of each of pack.stages().
+            size: of the whole picture, columns and rows.
+            box: columns and rows of the picture that are wanted, as of a region.
+            use: see blank().
+            out: the film to expose, of any strides.
+            progress: called with the number of rows just finished by the last program.
+
+        Returns:
+            (rows, columns, channels): `out`, or a film of the caller's own. And how long the kernel
+            ran, in seconds, by the device's own clock.
+        """
+        import pyopencl as cl
+
+        features, kernels = programs[0]
+        arguments = pack.suited(arguments, features)
+        x0, y0, x1, y1 = box
+        if features.hashed:  # by a pixel, whose paths are compared with those inside
+            x0, y0, x1, y1 = (
+                max(x0 - 1, 0),
+                max(y0 - 1, 0),
+                min(x1 + 1, size[0]),
+                min(y1 + 1, size[1]),
+            )
+        # From the packet on that the first pixel is in: so each is one of the whole picture's.
+        columns, rows = features.packet
+        x0, y0 = x0 // columns * columns, y0 // rows * rows
+        dtype, channels = pack.FILMS[features.film]
+        wanted = box[3] - box[1], box[2] - box[0], channels
+        shape = y1 - y0, x1 - x0, channels
+        if out is not None and out.flags.c_contiguous and shape == wanted:
+            film = out
+        else:
+            film = self.blank(shape, dtype, use)
+        if features.nest:
+            arguments = arguments | {"lost": np.zeros(2, np.int32)}
+        first, paths = pack.sampling(features, scene), None
+        if features.hashed:
+            paths = cl.Buffer(self._queue.context, cl.mem_flags.READ_WRITE, 4 * shape[0] * shape[1])
+            first = {"paths": paths, "top": np.int32(y0)} | first
+        seconds = bands.fill(
+            film,
+            (x0, y0),
+            features.packet,
+            self._queue,
+            kernels["render"],
+            first | arguments,
+            progress if len(programs) == 1 else quiet(progress),
+        )
+        inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
+        if len(programs) > 1 and paths is not None:
+            features, kernels = programs[1]
+            more = pack.sampling(features, scene) | arguments
+            seconds += edges.refine(
+                film, (x0, y0), inside, paths, self._queue, kernels, more, progress
+            )
+        if features.nest:
+            _say_lost(arguments["lost"])
+        if film is out:
+            return out, seconds
+        cut = film[inside[1] : inside[3], inside[0] : inside[2]]
+        if out is not None:
+            out[...] = cut
+            return out, seconds
+        if shape == wanted:
+            return film, seconds
+        # What is around is dropped where the film is: it may be as large as memory.
+        flat, length = film.reshape(-1), channels * wanted[1]
+        for i, row in enumerate(cut):
+            flat[i * length : (i + 1) * length] = row.reshape(-1)
+        return flat[: len(cut) * length].reshape(wanted), seconds
+
+
+def quiet(progress: Callable[[int], object] | None) -> Callable[[int], object] | None:
+    """It may raise, but is told of nothing."""
+    return None if progress is None else lambda rows: progress(0)
+
+
+def _say_lost(lost: Array) -> None:
+    """Warns of rays that the kernel had no room for."""
+    if lost[0]:
+        warnings.warn(
+            f"in {lost[0]} packets of rays some were inside of more than {glass.MOST} transparent "
+            "spheres at once: of the largest they have not seen the far side",
+            SceneWarning,
+            stacklevel=2,
+        )
+    if lost[1]:
+        warnings.warn(
+            f"in {lost[1]} packets of rays some were mirrored and transmitted too often: "
+            "take a smaller max_depth",
+            SceneWarning,
+            stacklevel=2,
+        )

@@ -1,0 +1,287 @@
+"""Trials: a program is compiled and tried in a process of its own before it is trusted.
+
+A compiler can loop until memory is full, crash, or succeed with a wrong program (see
+clrt/opencl/pocl.py), and no process can catch that in itself. So a child compiles under a bound of
+memory and time, renders a small picture of a scene that uses what the program was compiled for,
+compares it with the reference, and hands the binary back. That costs the first picture 0.2 s,
+because Python and its imports start once more (benchmarks/NOTES.md). A kept program costs nothing.
+
+A limit set in this process would do with less, but where LLVM meets it, it aborts.
+"""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import warnings
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+
+from clrt import reference
+from clrt.errors import DeviceError
+from clrt.film import metrics
+from clrt.opencl import bands, edges, program
+from clrt.opencl.device import devices, identity
+from clrt.renderer import pack, samples
+from clrt.renderer.dispatch import Exposer
+from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
+from clrt.scene.scene import Camera, Film, Material, Scene
+from clrt.scene.spheres import Sphere
+from clrt.values import BLACK
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+MEMORY = 2 << 30  # bytes; a compiler that works needs a tenth of it
+SECONDS = 120  # one that works needs 1, and 20 on an emulated CPU
+FAILED, ELSEWHERE = 3, 4  # exit statuses of the child: the last if it has another device
+
+SIZE = (101, 13)  # whole packets and a part of one
+SAMPLED_SIZE, SAMPLES = (37, 5), 17  # a whole round and a part of one
+
+
+class Job(msgspec.Struct):
+    """What the child is to do."""
+
+    source: str
+    features: pack.Features
+    device: tuple[str, ...]
+    index: int
+    """Of the device among devices()."""
+
+
+def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+    """The binary of a program that has passed its trial.
+
+    Raises:
+        DeviceError: it has not. The message says why, as the end of a sentence.
+    """
+    found = devices()
+    if device not in found or not sys.executable:  # a part of a device; Python inside a program
+        return try_here(device, source, features)
+    job = Job(source, features, identity(device), found.index(device))
+    path = os.pathsep.join(filter(None, sys.path))
+    try:
+        child = subprocess.run(
+            [sys.executable, "-P", "-m", "clrt.renderer.trial"],
+            input=msgspec.json.encode(job),
+            capture_output=True,
+            timeout=SECONDS,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+    except subprocess.TimeoutExpired:
+        raise DeviceError(f"its compiler took more than {SECONDS} s") from None
+    except OSError:  # no more processes
+        return try_here(device, source, features)
+    said = child.stderr.decode(errors="replace").strip()
+    if child.returncode == 0:
+        return child.stdout
+    if child.returncode == FAILED:
+        raise DeviceError(said.split("\n")[-1])
+    if child.returncode == ELSEWHERE:  # an emulator that does not emulate what it starts
+        return try_here(device, source, features)
+    if "out of memory" in said:
+        reason = f"more than {MEMORY >> 30} GB of memory"
+    elif child.returncode < 0:
+        reason = str(signal.strsignal(-child.returncode))
+    else:
+        reason = f"exit status {child.returncode}: {said.split(chr(10))[-1]}"
+    raise DeviceError(f"its compiler crashed ({reason})")
+
+
+def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+    """As tried(), in this process: it finds wrong pictures, but what crashes crashes."""
+    import pyopencl as cl
+
+    context = cl.Context([device])
+    profiling = cl.command_queue_properties.PROFILING_ENABLE
+    queue = cl.CommandQueue(context, properties=profiling)
+    built = program.compiled(context, device, source, features.options)
+    scene, kernels = scene_for(features), program.kernels(built)
+    width, height = size = size_for(features)
+    exposer = Exposer(queue, features.precision)
+    arguments = exposer.arguments(scene, width, height, (features, kernels), 0)
+    if features.refine:
+        dtype, channels = pack.FILMS[features.film]
+        film = np.empty((height, width, channels), dtype)
+        everywhere = bands.upload(context, {"paths": np.arange(film.size, dtype=np.uint32)})
+        arguments = pack.sampling(features, scene) | arguments
+        if features.nest:
+            arguments["lost"] = np.zeros(2, np.int32)
+        edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
+    else:
+        film, _ = exposer.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
+    if wrong := wrong_pixels(film, scene, features):
+        raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
+    return program.binary(built)
+
+
+def size_for(features: pack.Features) -> tuple[int, int]:
+    """Of the picture: the truth of one with samples takes as many times as long."""
+    return SAMPLED_SIZE if features.refine or features.gather else SIZE
+
+
+def scene_for(features: pack.Features) -> Scene:
+    """A scene that needs just these features.
+
+    A plane, which is a giant but for "literal", mirrors and shadows of two lights.
+    """
+    literal = features.precision == "literal"
+    shine = 0.4 * features.reflection
+    matte = Material((0.1, 0.0, 0.05), (0.6, 0.2, 0.3), (1, 1, 1), 40, shine)
+    ground = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.4), (0.2, 0.2, 0.2), 9, shine / 2)
+    if features.phong:
+        ground = replace(ground, highlight="phong")
+    fade = (0.5, 0.05, 0.02) if features.attenuation else (1, 0, 0)
+    lights: list[LightKind] = [
+        Light((4, 5, 3)),
+        Light((-3.0, 2.5, 1.0), diffuse=(0.3, 0.3, 0.6), attenuation=fade),
+    ]
+    if features.spot:
+        lights.append(SpotLight((0, 2, 2), (0, -0.5, 0), diffuse=(0.5, 0, 0), outer_angle=25))
+    if features.round:  # as small as a point, which the truth knows; but next to an edge
+        lights.append(Light((2, 4, 4), diffuse=(0.2, 0.5, 0.1), radius=1e-4))
+    if features.ambient:
+        lights.append(AmbientLight((0.3, 0.6, 0.3)))
+    if features.occlusion:  # as far as nothing is
+        lights.append(AmbientLight((0.1, 0.1, 0.3), occlusion=True, distance=1e-6))
+    if features.gloss:
+        matte, ground = (replace(m, roughness=1e-6) for m in (matte, ground))
+    if features.light_inside:
+        lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
+    if features.indirect:  # from surfaces that send none; what mirrors does nothing else
+        matte, ground = replace(matte, reflection=0.0), replace(ground, diffuse=BLACK)
+        black = {"ambient": BLACK, "diffuse": BLACK}
+        lights = [
+            replace(light, **{k: black[k] for k in black if hasattr(light, k)}) for light in lights
+        ]
+    clear = Material((0, 0.02, 0), (0, 0.1, 0), (0.5, 0.5, 0.5), 50, transmission=0.8)
+    if features.split:
+        clear = replace(clear, reflection=0.2, fresnel=True)
+    radius = 20.0 if literal else 5000.0
+    spheres: tuple[Sphere, ...] = (
+        Sphere((-0.7, 0.0, -0.6), 0.5, "matte"),
+        Sphere((0.4, 0.1, -0.4), 0.6, "matte"),
+        Sphere((0.0, -0.35, 0.2), 0.15, "ground"),
+        Sphere((0.0, -0.5 - radius, 0.0), radius, "ground"),
+    )
+    # Balls in balls, seen and shone through.
+    spheres += tuple(
+        Sphere((0.1, 0.05, 0.35), 0.3 / (k + 1), "clear") for k in range(features.nest)
+    )
+    if features.tree:  # a heap of beads, on and behind the others
+        random = np.random.default_rng(1)
+        beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * pack.TREE_FROM, 3))
+        spheres += tuple(Sphere(bead.tolist(), 0.06, "matte") for bead in beads)
+    if features.hashed and features.gather:  # most spheres are so small that nobody sees them
+        speck = Sphere((0.0, 0.2, 0.0), 1e-6, "matte")
+        spheres += (speck,) * (len(spheres) + 1)
+    if features.sphere_colors:
+        spheres = tuple(
+            replace(sphere, color=(1, 0.3 + 0.7 * (i % 2), 0.5)) for i, sphere in enumerate(spheres)
+        )
+    # The pictures have SIZE, so these are wide and low.
+    away, fov = (14.0, 12.0) if features.long_lens else (2.0, 90.0)
+    camera = Camera((0.0, 0.02 * away, away), (0.0, 0.0, 0.0), fov=fov)
+    if features.orthographic:
+        camera = Camera((0.0, 0.3, 0.5), (0.0, 0.2, 0.0), projection="orthographic", height=0.5)
+    if features.lens:
+        camera = replace(camera, aperture_radius=1e-7 * away, focus_distance=away)
+    # The kernel's colours are those before what the camera sees of the background directly.
+    film = Film((0.2, 0.5, 0.9), transparent=True) if features.background else Film()
+    return Scene(
+        camera,
+        tuple(lights),
+        {"matte": matte, "ground": ground} | ({"clear": clear} if features.nest else {}),
+        spheres,
+        max_depth=3 if features.reflection else 1,
+        shadow_bias=1e-3 * literal,
+        film=film,
+        indirect=features.indirect,
+        samples=SAMPLES if features.hashed or features.refine or features.gather else 1,
+    )
+
+
+def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int:
+    """How many pixels are off by more than rounding makes them, away from edges."""
+    truth: reference.Truth = "seed" if features.precision == "literal" else "exact"
+    real = pack.PRECISIONS[features.precision]
+    wide, size = real if truth == "seed" else np.float64, size_for(features)
+    scene = _as_known(scene)
+    trace = reference.trace(scene, *size, truth, wide)
+    if features.film == "paths":
+        off = film[..., 0] != trace.paths
+    elif features.film == "passes":
+        off = _wrong_passes(film[..., 0], trace)
+    else:
+        step = 1 / 255 if features.film == "bytes" else 0
+        shown = film / np.float64(255) if features.film == "bytes" else film
+        true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
+        if features.refine or features.gather:
+            count = int(pack.sampling(features, scene)["samples"])
+            true = reference.mean(scene, *size, samples.offsets(count))
+        if features.film != "alpha":
+            true = true[..., :3]
+        off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP
+    return int((off & ~metrics.edges(trace.paths)).sum())
+
+
+def _as_known(scene: Scene) -> Scene:
+    """What the truth knows that looks the same: lights, apertures and roughness are so small that
+    they are none, and no sphere is near enough to be in the way of the sky."""
+    lights: list[LightKind] = []
+    for light in scene.lights:
+        if isinstance(light, Light | SpotLight):
+            light = replace(light, radius=0.0)
+        elif isinstance(light, AmbientLight):
+            light = replace(light, occlusion=False)
+        lights.append(light)
+    materials = {name: replace(m, roughness=0.0) for name, m in scene.materials.items()}
+    camera = replace(scene.camera, aperture_radius=0.0)
+    return replace(scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False)
+
+
+def _wrong_passes(film: pack.Array, trace: reference.Trace) -> pack.Array:
+    seen = trace.id >= 0
+    depth = np.where(seen, trace.depth, 0)
+    off = (film["id"] != trace.id) | ((film["depth"] < np.inf) != seen)
+    off |= abs(np.where(seen, film["depth"], 0) - depth) > metrics.QUARTER_STEP * (1 + abs(depth))
+    wrong: pack.Array = off | (
+        abs(film["normal"] - trace.normal).max(axis=2) > metrics.QUARTER_STEP
+    )
+    return wrong
+
+
+def main() -> None:
+    """The child: a job on stdin, the binary on stdout, or why there is none on stderr."""
+    answer = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a compiler prints
+    for limit, most in (
+        (resource.RLIMIT_DATA, MEMORY),
+        (resource.RLIMIT_CPU, SECONDS),  # should the parent be killed
+        (resource.RLIMIT_CORE, 0),
+    ):
+        _, hard = resource.getrlimit(limit)
+        resource.setrlimit(limit, (most if hard < 0 else min(most, hard), hard))
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
+    try:
+        found = devices(threads=1)
+        if job.index >= len(found) or identity(found[job.index]) != job.device:
+            sys.exit(ELSEWHERE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            answer.write(try_here(found[job.index], job.source, job.features))
+        answer.close()
+    except DeviceError as error:
+        print(error, file=sys.stderr)
+        sys.exit(FAILED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Scene: everything that a picture depends on."""

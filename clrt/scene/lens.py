@@ -1,0 +1,173 @@
+"""Lens: what a camera sees of a scene's spheres, and from where its rays start.
+
+A point's place here is as the camera has it: x to the right, y up, z back.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from clrt.scene.scene import Camera
+from clrt.scene.spheres import Sphere, Spheres
+
+Array: TypeAlias = NDArray[Any]
+
+BLOCK = 1 << 15  # spheres that are looked at at a time: what they need stays in the cache
+LOOKED_AT = 2000  # spheres, every nth of many, that stand for all
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Slices of n things, BLOCK at a time."""
+    return (slice(start, start + BLOCK) for start in range(0, n, BLOCK))
+
+
+def is_long(camera: Camera) -> bool:
+    """Whether what fills the picture may be far away against its size."""
+    return camera.fov is not None and camera.fov < 14
+
+
+def half_screen(camera: Camera, width: int, height: int) -> Array:
+    """Half the screen's width and height, (2,) of long double: of a perspective camera's, which
+    stands one unit ahead, or in world units."""
+    wide = np.longdouble
+    if camera.height is not None:
+        top = camera.height / wide(2)
+        return np.array([top * width / height, top])
+    # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
+    fov = wide(camera.fov or 0)
+    half: Any = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
+    return np.array([half, half * (wide(height) / width)])
+
+
+def middle_size(camera: Camera, spheres: Sequence[Sphere]) -> float:
+    """How much of half a picture's width a sphere's radius takes: the median over those before the
+    camera, of 16:9 if it is orthographic; infinity if there are none."""
+    some = Spheres.of(spheres[:: -(-len(spheres) // LOOKED_AT) or 1])
+    right = half_screen(camera, 16, 9)[0].astype(np.float64)
+    width = np.full(len(some), right)
+    if not camera.orthographic:
+        width *= (np.array(camera.position) - some.center) @ np.array(camera.basis()[2])
+    ahead = width > 0
+    if not ahead.any():
+        return np.inf
+    return float(np.median(some.radius[ahead] / width[ahead]))
+
+
+def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floating[Any]]) -> Any:
+    """How far ahead of the camera rays start, just before what is seen: of an orthographic camera,
+    whose rays are whole lines, it may be negative, and spheres that are larger than the picture do
+    not count unless there are no others. Such a sphere can be met far before all others.
+
+    screen: as half_screen() gives it.
+    real: np.longdouble, or np.float64 of many.
+    """
+    if camera.has_lens:  # what it sees is in a wider pyramid, whose tip is behind the camera
+        radius = real(camera.aperture_radius)
+        screen = screen + radius / real(camera.focus_distance or 1)
+        back = np.min(radius / screen)
+        place = np.array(camera.position) + back * np.array(camera.basis()[2])
+        whole = replace(
+            camera, position=tuple(place.tolist()), aperture_radius=0.0, focus_distance=None
+        )
+        return max(start(whole, spheres, screen, real) - back, real(0))
+    find = _first_beside if camera.orthographic else _first_ahead
+    seen = _seen(camera, spheres, real)
+    firsts = [find(center, radius, screen.astype(real)) for center, radius, _ in seen]
+    # The best that there is: of those that count, then of all.
+    return next(filter(np.isfinite, np.min(firsts, axis=0)), real(0)) if firsts else real(0)
+
+
+def _seen(
+    camera: Camera, spheres: Spheres, real: type[np.floating[Any]], ahead: Any = 0
+) -> Iterator[tuple[Array, Array, int]]:
+    """Blocks of centres from a point ahead of the camera, radii, and the index of their first."""
+    basis = np.array(camera.basis(), real)
+    origin = np.array(camera.position, real) - ahead * basis[2]
+    for block in blocks(len(spheres)):
+        center = (spheres.center[block] - origin) @ basis.T
+        yield center, spheres.radius[block].astype(real), block.start
+
+
+def _first_ahead(center: Array, radius: Array, screen: Array) -> Array:
+    """Where a perspective camera can meet the first of some spheres, a little before: (1,)."""
+    corner = np.hypot(*screen)  # the distance of the screen's corners from its middle
+    distance = np.linalg.norm(center, axis=1)
+    outside = distance > radius  # from inside a sphere cannot be seen
+    center, radius, distance = center[outside], radius[outside], distance[outside]
+    # A sphere is met first by the ray closest to its centre. `off` is the angle between them.
+    off = np.arccos(np.clip(-center[:, 2] / distance, -1, 1)) - np.arctan(corner)
+    off = np.clip(off, 0, np.pi / 2)
+    half_chord2 = radius**2 - (distance * np.sin(off)) ** 2
+    met = half_chord2 > 0
+    first = (distance * np.cos(off))[met] - np.sqrt(half_chord2[met])
+    # From there what is seen is as wide as far, as through a lens of 90 degrees.
+    found: Array = np.maximum([first.min(initial=np.inf) * (1 - corner)], 0)
+    return found
+
+
+def _first_beside(center: Array, radius: Array, screen: Array) -> Array:
+    """Where an orthographic camera can meet the first of some spheres, a little before: of those
+    that are smaller than the picture, and of all: (2,)."""
+    met, entry = _entries(center, radius, screen)
+    corner = np.hypot(*screen)
+    ends = [some.min(initial=np.inf) for some in (entry[radius[met] <= 2 * corner], entry)]
+    found: Array = np.array(ends, center.dtype) - corner / 8
+    return found
+
+
+def _entries(center: Array, radius: Array, screen: Array) -> tuple[Array, Array]:
+    """Which spheres lines through the screen meet, and how far ahead of it they first can."""
+    aside = np.maximum(abs(center[:, :2]) - 1.001 * screen, 0)
+    half_chord2 = radius**2 - aside[:, 0] ** 2 - aside[:, 1] ** 2
+    met: Array = half_chord2 > 0
+    return met, -center[met, 2] - np.sqrt(half_chord2[met])
+
+
+def behind(camera: Camera, spheres: Spheres, screen: Array, ahead: Any) -> Array:
+    """Indices of the spheres that an orthographic camera's lines can meet before they have come so
+    far ahead."""
+    found = [np.zeros(0, np.int64)]
+    for center, radius, first in _seen(camera, spheres, np.float64, np.float64(ahead)):
+        met, entry = _entries(center, radius, screen.astype(np.float64))
+        found.append(first + np.flatnonzero(met)[entry <= 0])
+    return np.concatenate(found)
+
+
+def bounds(camera: Camera, center: Array, radius: Array) -> Array:
+    """Where each sphere can show on the screen: left, right, bottom, top, (n, 4)."""
+    return (_shadow_bounds if camera.orthographic else _screen_bounds)(center, radius)
+
+
+def _screen_bounds(center: Array, radius: Array) -> Array:
+    """On that one unit ahead.
+
+    Along each axis a sphere lies between two angles as seen from the camera, which is at the
+    origin. The margin of 1e-6 is more than the 4 * 2^-24 (1 + r/D) that float32 moves a silhouette.
+    """
+    view = np.empty((len(radius), 4))
+    forward = np.pi / 2
+    for axis in (0, 1):
+        away = np.hypot(center[:, axis], center[:, 2])
+        outside = away > radius
+        middle = np.arctan2(center[:, axis], -center[:, 2])
+        half = np.where(outside, np.arcsin(radius / np.where(outside, away, radius)), np.inf)
+        for end, angle in enumerate((middle - half, middle + half)):
+            ahead = abs(angle) < forward
+            position = np.tan(np.where(ahead, angle, 0))
+            position += (2 * end - 1) * 1e-6 * (1 + abs(position))
+            view[:, 2 * axis + end] = np.where(ahead, position, np.copysign(np.inf, angle))
+    return view
+
+
+def _shadow_bounds(center: Array, radius: Array) -> Array:
+    """Where it throws its shadow along the view, with the same margin, in units of about the
+    scene's extent."""
+    view = np.empty((len(radius), 4))
+    for axis in (0, 1):
+        for end, side in enumerate((-1, 1)):
+            position = center[:, axis] + side * radius
+            view[:, 2 * axis + end] = position + side * 1e-6 * (1 + abs(position) + radius)
+    return view
