@@ -1,15 +1,75 @@
-"""Options of commands that make pictures."""
+"""Options that several commands have, in groups. A command gets the values of a group as one
+argument."""
 
+import functools
 import re
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import click
 
 from clrt.errors import RequestError, SceneError
 
 if TYPE_CHECKING:
+    from clrt.renderer.renderer import Renderer
     from clrt.scene.scene import Camera
+
+Command: TypeAlias = Callable[..., None]
+
+
+def _group(
+    name: str, kind: Callable[..., Any], options: Sequence[Callable[[Command], Command]]
+) -> Callable[[Command], Command]:
+    """A decorator: a command has these options, and gets kind(**values) as its argument `name`."""
+
+    def decorate(command: Command) -> Command:
+        @functools.wraps(command)
+        def gathered(*words: Any, **values: Any) -> None:
+            given = {key: values.pop(key) for key in keys}
+            command(*words, **values, **{name: kind(**given)})
+
+        params: list[click.Parameter] = gathered.__dict__.setdefault("__click_params__", [])
+        before = len(params)
+        for option in reversed(options):
+            option(gathered)
+        keys = [param.name or "" for param in params[before:]]
+        return gathered
+
+    return decorate
+
+
+class RenderingOptions(NamedTuple):
+    """Which renderer is to make the picture."""
+
+    samples: int | None
+    precision: Any
+    lanes: int | None
+    device: str | None
+    threads: int | None
+    quiet: bool
+
+    def renderer(self) -> "Renderer":
+        from clrt.renderer.renderer import Renderer
+
+        return Renderer(
+            precision=self.precision, lanes=self.lanes, device=self.device, threads=self.threads
+        )
+
+    def words(self) -> list[str]:
+        """Those that a command line needs for the same picture."""
+        given = {"precision": self.precision, "lanes": self.lanes, "device": self.device}
+        used = {key: str(value) for key, value in given.items() if value not in (None, "robust")}
+        return [word for key, text in used.items() for word in (f"--{key}", text)]
+
+
+class VideoOptions(NamedTuple):
+    """Which frames, how fast, and how well they are kept."""
+
+    frames: range | None
+    step: int
+    fps: float | None
+    crf: int
+
 
 RENDERING_OPTIONS = (
     click.option(
@@ -46,11 +106,7 @@ RENDERING_OPTIONS = (
 )
 
 
-def rendering_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What `render` and `animate` take alike."""
-    for option in reversed(RENDERING_OPTIONS):
-        command = option(command)
-    return command
+rendering_options = _group("rendering", RenderingOptions, RENDERING_OPTIONS)
 
 
 def _is_color(context: click.Context, option: click.Parameter, text: str | None) -> str | None:
@@ -82,11 +138,8 @@ FILM_OPTIONS = (
 )
 
 
-def film_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What becomes of the light."""
-    for option in reversed(FILM_OPTIONS):
-        command = option(command)
-    return command
+film_options = _group("film", dict, FILM_OPTIONS)
+"""Keys of a scene's film."""
 
 
 PARTICLE_OPTIONS = (
@@ -135,11 +188,8 @@ PARTICLE_OPTIONS = (
 )
 
 
-def particle_options(command: Callable[..., None]) -> Callable[..., None]:
-    """How particles are drawn: clrt.figure.Look has a field for each."""
-    for option in reversed(PARTICLE_OPTIONS):
-        command = option(command)
-    return command
+particle_options = _group("drawn", dict, PARTICLE_OPTIONS)
+"""How particles are drawn: fields of clrt.figure.Look."""
 
 
 def only_for_particles(scene: str, **given: Any) -> None:
@@ -176,7 +226,7 @@ def shard_of(
     return int(found[1]), int(found[2])
 
 
-FRAME_OPTIONS = (
+VIDEO_OPTIONS = (
     click.option(
         "--frames",
         callback=_frames,
@@ -208,14 +258,10 @@ FRAME_OPTIONS = (
 )
 
 
-def frame_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What `animate` and `encode` take alike."""
-    for option in reversed(FRAME_OPTIONS):
-        command = option(command)
-    return command
+video_options = _group("video", VideoOptions, VIDEO_OPTIONS)
 
 
-def camera_keys(
+def _camera_keys(
     context: click.Context, option: click.Parameter, text: str | None
 ) -> "Camera | None":
     """The keys of a scene file's [camera], with commas between them."""
@@ -227,3 +273,28 @@ def camera_keys(
         return parse_camera(text)
     except SceneError as error:
         raise click.BadParameter(str(error)) from None
+
+
+SCENE_OPTIONS = (
+    click.option(
+        "--max-depth",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="Ray segments from the camera, 1 for no reflection; default: the scene's.",
+    ),
+    click.option(
+        "--shadow-bias",
+        type=click.FloatRange(min=0),
+        metavar="X",
+        help="World units, 0 for the exact geometry; default: the scene's.",
+    ),
+    click.option(
+        "--camera",
+        metavar="TOML",
+        callback=_camera_keys,
+        help="In place of the scene's: keys of its table with commas between, as "
+        "'position = [0, 1, 3], look_at = [0, 0, 0]'.",
+    ),
+)
+scene_options = _group("changes", dict, SCENE_OPTIONS)
+"""Keys of a scene, in place of its own."""

@@ -1,0 +1,150 @@
+"""clrt animate: a video or numbered pictures of a scene's animation, or of a trajectory."""
+
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import click
+
+from clrt.commands.loading import opened
+from clrt.commands.options import (
+    RenderingOptions,
+    VideoOptions,
+    film_options,
+    only_for_particles,
+    particle_options,
+    rendering_options,
+    shard_of,
+    video_options,
+)
+from clrt.commands.terminal import say
+from clrt.errors import RequestError, SceneError, named
+
+
+@click.command()
+@click.argument("scene", default="orbit")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Default <scene>.mp4 here. The suffix chooses: .mp4 (needs the extra clrt[video]), "
+    ".webp .gif .apng; or a name with #### for numbered pictures of any still format.",
+)
+@video_options
+@click.option("--width", type=click.IntRange(min=1), default=1920, show_default=True, metavar="N")
+@click.option("--height", type=click.IntRange(min=1), default=1080, show_default=True, metavar="N")
+@film_options
+@rendering_options
+@particle_options
+@click.option(
+    "--view-all",
+    is_flag=True,
+    help="All frames' particles are in view; default: the box and the particles of frame 0.",
+)
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Leave out numbered pictures that are there already, whole and of this size.",
+)
+@click.option(
+    "--shard",
+    callback=shard_of,
+    metavar="I/N",
+    help="Of numbered pictures, only every Nth of these frames, from the Ith, counted from 0: so N "
+    "machines share the work.",
+)
+def animate(
+    scene: str,
+    output: Path | None,
+    video: VideoOptions,
+    width: int,
+    height: int,
+    film: dict[str, Any],
+    rendering: RenderingOptions,
+    drawn: dict[str, Any],
+    view_all: bool,
+    resume: bool,
+    shard: tuple[int, int] | None,
+) -> None:
+    """Renders the animation of SCENE, a built-in scene's name or a TOML file, or a trajectory of
+    particles; default: orbit.
+
+    The options from --color to --view-all are for trajectories, .xyz .extxyz .dump .lammpstrj, and
+    with an extra .pdb .gsd. All frames are seen as the first one.
+
+    \b
+    Examples:
+      clrt animate                                     orbit.mp4, 120 frames at 1920x1080
+      clrt animate my.toml -o small.webp --width 480 --height 270 --step 2
+      clrt animate my.toml -o 'frames/####.png' --shard 0/2       one half of the work
+      clrt animate my.toml -o 'frames/####.png' --resume          what is still missing
+      clrt animate flow.dump -o flow.mp4 --color speed --colorbar speed
+    """
+    started = time.perf_counter()
+    import numpy as np
+    from tqdm import tqdm
+
+    from clrt.files import image, numbered
+    from clrt.files import video as videos
+    from clrt.files.particles.suffix import is_particles
+    from clrt.motion import animation, cluster
+
+    quiet, output = rendering.quiet, output or Path(f"{Path(scene).stem}.mp4")
+    image.check_apart(output, Path(scene))
+    look = {"samples": rendering.samples, **film}
+    way: animation.Frames
+    if is_particles(Path(scene)):
+        from clrt.figure.sources import look as looking
+        from clrt.motion.trajectory import Flow
+
+        drawing = looking(size=(width, height), **look, **drawn)
+        way = Flow(Path(scene), drawing, view_all=view_all)
+    else:
+        only_for_particles(scene, **drawn, view_all=view_all)
+        loaded = opened(scene, **look)
+        with named(scene, SceneError):
+            way = animation.Way(loaded)
+    asked = (way.frames if video.frames is None else video.frames)[:: video.step]
+    if not asked or asked[-1] not in way.frames:
+        raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
+    with named(scene, SceneError):
+        way.check(asked)
+    fps = way.fps / video.step if video.fps is None else video.fps
+    pattern = numbered.is_pattern(output)
+    for option, given in (("--resume", resume), ("--shard", shard)):
+        if given and not pattern:
+            raise RequestError(f"{option}: expected an output with ####: a video is made in one go")
+    film_of_all = way.said.film
+    videos.check_output(output, width, height, len(asked), fps, alpha=film_of_all.transparent)
+    first, parts = shard or (0, 1)
+    due: Sequence[int] = asked[first::parts]
+    skipped = 0
+    dtype = image.film_dtype(output) if pattern else np.uint8
+    with rendering.renderer() as renderer:
+        renderer.prepare(way.scene(asked[0]), dtype)  # in this thread: see pocl.signals_kept()
+        if pattern:
+            kind = cluster.kind(cluster.fingerprint(way.said), width, height, renderer)
+            adds = resume or shard is not None
+            made = numbered.join(output, kind, way.fps, asked, adds=adds)
+            if resume:
+                missing = [k for k in due if not made.is_made(numbered.picture(output, k))]
+                skipped, due = len(due) - len(missing), missing
+        rendered = animation.animate(way, width, height, frames=due, dtype=dtype, renderer=renderer)
+        with (
+            closing(rendered),
+            tqdm(rendered, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
+        ):
+            if pattern:
+                # They do not say which command: by any one they are the same.
+                for k, frame in zip(due, bar, strict=True):
+                    name = numbered.picture(output, k)
+                    image.save(name, frame, transfer=film_of_all.transfer)
+            else:
+                videos.save(output, bar, fps, video.crf)
+    if not quiet:
+        seconds = time.perf_counter() - started
+        kept = f", {skipped} were there" if resume else ""
+        say(f"{output}: {len(due)} frames of {width}x{height} in {seconds:.1f} s{kept}")

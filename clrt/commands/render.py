@@ -1,0 +1,191 @@
+"""clrt render: a picture of a scene, or of particles."""
+
+import resource
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from clrt.commands.loading import changed, opened
+from clrt.commands.options import (
+    RenderingOptions,
+    film_options,
+    only_for_particles,
+    particle_options,
+    rendering_options,
+    scene_options,
+)
+from clrt.commands.terminal import Progress, say
+from clrt.errors import SceneError, named
+
+if TYPE_CHECKING:
+    from clrt.renderer.renderer import Region
+
+
+@click.command()
+@click.pass_context
+@click.argument("scene", default="four-spheres")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="The picture's file; default <scene>.png here. The suffix chooses the format: "
+    "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .npz .pfm .exr.",
+)
+@click.option(
+    "--width",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Default: 3840, of particles 1920.",
+)
+@click.option(
+    "--height",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Default: 2160, of particles 1080.",
+)
+@click.option(
+    "--region",
+    type=int,
+    nargs=4,
+    metavar="X0 Y0 X1 Y1",
+    help="Only the columns from X0 to before X1 and rows from Y0, counted from the top, to before "
+    "Y1 of the picture.",
+)
+@scene_options
+@film_options
+@click.option(
+    "--passes",
+    metavar="NAMES",
+    help="Some of depth,normal,id beside the picture, for .npz and .exr.",
+)
+@click.option(
+    "--bits",
+    type=click.Choice(["8", "16"]),
+    callback=lambda context, option, text: text and int(text),
+    help="Of a channel; 16 for .png and .tif. Default: 8, or the format's float32.",
+)
+@rendering_options
+@particle_options
+@click.option(
+    "--frame",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Of a file of particles, counted from 0; default: 0.",
+)
+@click.option(
+    "--save-scene",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Also write the scene of the particles, a .toml that draws the same picture.",
+)
+@click.option("-v", "--verbose", is_flag=True, help="Say where time and memory go.")
+def render(
+    context: click.Context,
+    scene: str,
+    output: Path | None,
+    width: int | None,
+    height: int | None,
+    region: "Region | None",
+    changes: dict[str, Any],
+    film: dict[str, Any],
+    passes: str | None,
+    bits: int | None,
+    rendering: RenderingOptions,
+    drawn: dict[str, Any],
+    frame: int | None,
+    save_scene: Path | None,
+    verbose: bool,
+) -> None:
+    """Renders SCENE, a built-in scene's name, a TOML file or a file of particles; default:
+    four-spheres.
+
+    The options from --color to --save-scene are for files of particles: .npz .npy .csv .ply .xyz
+    .extxyz .dump .lammpstrj, and with an extra .pdb .cif .gsd. All of them are in view, at most 16
+    samples a pixel, on the sRGB curve.
+
+    \b
+    Examples:
+      clrt render --width 3840 --height 2160
+      clrt render first-result -o small.jpg --width 480 --height 270
+      clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
+      clrt render -o left.png --region 0 0 1920 2160
+      clrt render -o smooth.png --samples 64
+      clrt render my.toml -o cut-out.png --transparent --transfer srgb
+      clrt render my.toml -o all.exr --passes depth,normal,id
+      clrt render atoms.xyz -o atoms.png --style soft
+      clrt render flow.dump -o flow.png --frame 3 --color speed --colorbar "speed (m/s)"
+    """
+    started = time.perf_counter()
+    from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
+    from clrt.files.particles.suffix import is_particles
+    from clrt.opencl.device import label
+    from clrt.renderer.renderer import check_passes, check_region, check_size
+
+    output = output or Path(f"{Path(scene).stem}.png")
+    if has_particles := is_particles(Path(scene)):
+        width, height = width or 1920, height or 1080
+    else:
+        only_for_particles(scene, **drawn, frame=frame, save_scene=save_scene)
+        width, height = width or 3840, height or 2160
+    left, top, right, bottom = check_region(region, *check_size(width, height))
+    names = None if passes is None else check_passes(passes.split(","))
+    check_suffix(output)
+    check_apart(output, Path(scene))
+    look = {"samples": rendering.samples, **film}
+    if has_particles:
+        from clrt.figure import sources
+        from clrt.figure.styles import seen_by
+        from clrt.files.scenewriter import save_scene as write_scene
+
+        drawing = sources.look(size=(width, height), **look, **drawn)
+        loaded = sources.of_file(Path(scene), frame or 0, drawing)
+        if changes["camera"] is not None:
+            loaded = seen_by(loaded, changes["camera"])
+    else:
+        from clrt.figure.resolver import resolved
+
+        loaded = opened(scene, **look)
+        has_particles = len(loaded.particles) > 0
+        with named(scene, SceneError):
+            loaded = resolved(loaded)
+    loaded = changed(loaded, **changes)
+    alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
+    size = right - left, bottom - top
+    check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
+    if save_scene is not None:
+        check_apart(save_scene, Path(scene))
+        write_scene(save_scene, sources.in_file(loaded, Path(scene), frame or 0, drawing))
+    ready = time.perf_counter()
+    with rendering.renderer() as renderer:
+        if verbose:
+            say(f"{label(renderer.device)}, {renderer.lanes} lanes, {renderer.precision}")
+        renderer.prepare(loaded, dtype, passes=names)
+        compiled = time.perf_counter()
+        with Progress(bottom - top, rendering.quiet) as progress:
+            image, found = renderer.render(
+                loaded,
+                width,
+                height,
+                dtype=dtype,
+                passes=names or (),
+                region=region,
+                progress=progress.add,
+            )
+        rendered = time.perf_counter()
+        if verbose:
+            say(
+                f"imports and scene {ready - started:.3f} s, device and kernel "
+                f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
+                f"alone {renderer.kernel_seconds:.4f} s)"
+            )
+    # Of particles it does not: made by clrt.plot or of another format it is the same file.
+    command = "" if has_particles else context.obj
+    save(output, image, passes=found, transfer=loaded.film.transfer, command=command)
+    if verbose:
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")
+    if not rendering.quiet:
+        say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
