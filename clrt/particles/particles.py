@@ -17,7 +17,7 @@ class Particles:
     """n particles, kept as arrays that nobody can change. None stands for what is not known.
 
     Args:
-        positions: (n, 3), in any unit of length. float32 and float64 are kept as they are; others
+        positions: (n, 3), in any unit of length; (n, 2) lie at z = 0. float32 and float64 are kept as they are; others
             become float64.
         radii: (n,), or one for all; above 0.
         colors: (n, 3) sRGB: whole numbers to 255, or floats from 0 to 1. `clrt.color.linear` makes
@@ -53,7 +53,7 @@ class Particles:
         bonds: ArrayLike | None = None,
         unit: str | None = None,
     ) -> None:
-        self.positions: Array = floats("positions", positions, 3)
+        self.positions: Array = floats("positions", _spatial(positions), 3)
         self.radii = None if radii is None else self._radii(radii)
         """(n,) float32 or float64."""
         self.colors = None if colors is None else self._rows("colors", _colors(colors))
@@ -118,7 +118,7 @@ class Particles:
             types=part(self.types),
             values={name: frozen(column[kept]) for name, column in self.values.items()},
             texts={name: frozen(column[kept]) for name, column in self.texts.items()},
-            bonds=None if self.bonds is None else _bonds_among(self.bonds, kept),
+            bonds=None if self.bonds is None else bonds_among(self.bonds, kept),
         )
 
     def replaced(self, **changes: Any) -> "Particles":
@@ -191,10 +191,21 @@ class Particles:
         return owned(array.astype(np.int32, copy=False))
 
 
-def _bonds_among(bonds: Array, kept: Array) -> Array:
+def bonds_among(bonds: Array, kept: Array) -> Array:
     """The bonds between the particles that are kept (n,), by their new indices."""
     index = np.cumsum(kept, dtype=np.int32) - 1
     return frozen(index[bonds[kept[bonds].all(axis=1)]])
+
+
+def _spatial(given: ArrayLike) -> ArrayLike:
+    """Positions (n, 2) with z = 0; others as they are."""
+    try:
+        array = np.asarray(given)
+    except ValueError:  # floats() says what is wrong
+        return given
+    if array.shape[1:] != (2,):
+        return array
+    return frozen(np.column_stack([array, np.zeros(len(array), array.dtype)]))
 
 
 def _colors(given: ArrayLike) -> Array:

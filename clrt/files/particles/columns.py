@@ -1,33 +1,46 @@
-"""Named columns, as all files and objects have them, to Particles."""
+"""Named columns, as all files and objects have them, to Particles.
 
-import functools
-import warnings
-from collections.abc import Callable, Iterable, Mapping
+All that is read passes here, so that the same is left out of every format, and said.
+"""
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clrt.errors import ParticleWarning, SceneError
+from clrt.errors import SceneError
+from clrt.files.particles import rules
+from clrt.files.particles.naming import (
+    ANGLES,
+    CENTERS,
+    COLOR_TRIPLES,
+    COLORS,
+    COORDINATES,
+    DIAMETERS,
+    ELEMENTS,
+    LENGTHS,
+    MASSES,
+    NAMES,
+    OPACITIES,
+    POSITIONS,
+    RADII,
+    SEMI_AXES,
+    SHAPES,
+    TYPES,
+    title,
+    triple,
+)
 from clrt.files.particles.text import is_number
 from clrt.particles import elements
-from clrt.particles.particles import Particles
+from clrt.particles.particles import Particles, bonds_among
 from clrt.values import Array, RowError, frozen, some
 
-# Names of columns in small letters; the first that there is counts. All others are values.
-POSITIONS = ("positions", "position", "pos", "xyz")
-COLORS = ("colors", "color", "rgb")
-COLOR_TRIPLES = (("red", "green", "blue"), ("r", "g", "b"))
-RADII = ("radii", "radius", "r")
-DIAMETERS = ("diameters", "diameter")
-ELEMENTS = ("numbers", "elements", "element", "species", "symbols", "symbol")
-TYPES = ("types", "type", "typeid")
-NAMES = ("names", "name")
-MASSES = ("masses", "mass")
 # Of text columns: those that cannot hold names, and those that hold names or whole numbers, which
 # are read faster. Of others nobody knows whether a number is a whole one: they can begin with a 0.
-COORDINATES = {"x", "y", "z", "xu", "yu", "zu", "xs", "ys", "zs", "xsu", "ysu", "zsu"}
 NUMBERS = {*COORDINATES, *RADII, *DIAMETERS, *COLOR_TRIPLES[0], *COLOR_TRIPLES[1], *MASSES}
 WHOLE = {*ELEMENTS, *TYPES, "id", "mol"}
+MOST_PARTS = 64
+"""Of a column (n, k) that becomes k columns."""
 
 
 def kind_of(name: str, word: str) -> str:
@@ -38,33 +51,56 @@ def kind_of(name: str, word: str) -> str:
 
 
 class Columns:
-    """Columns by name, in any case of letters, that are taken one after the other."""
+    """Columns by name, in any case of letters, that are taken one after the other.
+
+    A unit behind a name counts as none of it, see clrt.files.particles.naming.title().
+    """
 
     def __init__(self, columns: Mapping[str, Array]) -> None:
         self.left = dict(columns)
-        self._names = {name.lower(): name for name in columns}
-        self._names |= {name: name for name in columns if name.lower() == name}
+        self._names: dict[str, str] = {}
+        """The names by those in small letters."""
+        self._units: dict[str, str | None] = {}
+        for name in columns:
+            plain, unit = title(name)
+            if plain.lower() not in self._names or plain == plain.lower():
+                self._names[plain.lower()] = name
+            self._units[name] = unit
 
     def get(self, *names: str, ndim: int = 1) -> Array | None:
         """The first of these that there is, if it has no fewer dimensions."""
-        name = self._find(names, ndim)
+        name = self.find(*names, ndim=ndim)
         return None if name is None else self.left[name]
 
     def take(self, *names: str, ndim: int = 1) -> Array | None:
         """The same, which then is no longer there."""
-        name = self._find(names, ndim)
+        name = self.find(*names, ndim=ndim)
         return None if name is None else self.left.pop(name)
 
     def take_triple(self, *names: str) -> Array | None:
-        """Three columns as one of (n, 3), if all are there."""
+        """Columns side by side as one of (n, 3), or fewer, if all are there."""
         found = [self._names.get(name, name) for name in names]
         if not all(name in self.left for name in found):
             return None
         return frozen(np.stack([self.left.pop(name) for name in found], axis=1))
 
-    def _find(self, names: Iterable[str], ndim: int) -> str | None:
+    def take_parts(self, *bases: str, least: int = 3) -> Array | None:
+        """The columns that are the parts of one of these, as NAME_x, NAME:0 or NAME[1]."""
+        names = [name for name, full in self._names.items() if full in self.left]
+        for parts in triple(names, bases):
+            if len(parts) >= least:
+                return self.take_triple(*parts)
+        return None
+
+    def find(self, *names: str, ndim: int = 1) -> str | None:
+        """The name of the first of these that there is."""
         found = (self._names.get(name, name) for name in names)
         return next((n for n in found if n in self.left and self.left[n].ndim >= ndim), None)
+
+    def unit_of(self, *names: str) -> str | None:
+        """The unit of length of the first of these that there is or was, or None."""
+        found = (self._names[name] for name in names if name in self._names)
+        return next((self._units[name] for name in found), None)
 
 
 def particles(
@@ -74,44 +110,131 @@ def particles(
     origin: ArrayLike = (0.0, 0.0, 0.0),
     type_names: tuple[str, ...] | None = None,
     line_of: Callable[[int], int] | None = None,
+    *,
+    bonds: ArrayLike | None = None,
+    unit: str | None = None,
 ) -> Particles:
     """Particles of columns of numbers or names.
 
     Args:
-        columns: (n,), or (n, 3) for positions and colours; what is left is a value if it is (n,)
-            numbers, and not used otherwise.
+        columns: (n,) each, or (n, k): positions and colours, and others, which become k columns.
+            Those that have no meaning here are values if they are numbers, and texts if they are
+            text.
         source: the file's name, for messages.
         type_names: those that a column of types counts.
         line_of: the line of a row, for errors; None: rows are named.
+        bonds, unit: as Particles has them.
+
+    Particles without a finite position, and those whose radius is 0 or not finite, are left out.
+    Warnings (ParticleWarning) count them, and name whatever is not used.
 
     Raises:
         SceneError: naming source, line or row, column and what was expected.
     """
     left = Columns(columns)
-    positions = left.take(*POSITIONS, ndim=2)
-    if positions is None:
-        positions = left.take_triple("x", "y", "z")
+    positions = _positions(left)
     if positions is None:
         got = some((name[:20] for name in columns), 8)
         raise SceneError(f"{source}: expected columns x, y and z or positions (n, 3), got {got}")
-    colors = left.take(*COLORS, ndim=2)
-    for triple in COLOR_TRIPLES:
-        colors = left.take_triple(*triple) if colors is None else colors
-    radii = left.take(*RADII, ndim=0)
-    if radii is None and (diameters := left.take(*DIAMETERS, ndim=0)) is not None:
-        radii = diameters if _are_names(diameters) else frozen(np.asarray(diameters / 2))
+    unit = left.unit_of("x", *POSITIONS) or unit
+    colors = _colors(left)
+    radii = _radii(left, positions, source, unit)
     numbers, types, type_names = _elements_and_types(left, type_names)
-    values = _values(left, source, len(positions))
+    values, texts = _others(left, source, len(positions))
+    _say_opacity(values, source)
+    mask, said = rules.kept(positions, radii)
+    for text in said:
+        rules.say(source, text)
+    rows = None if mask is None else np.flatnonzero(mask)
+
+    def part(array: Array | None) -> Array | None:
+        if mask is None or array is None or array.shape[:1] != mask.shape:
+            return array
+        return frozen(array[mask])
+
     try:
-        colors = None if colors is None else _bytes(colors)
-        return Particles(positions, radii, colors, numbers, types, type_names, values, cell, origin)
+        found = Particles(
+            part(positions),  # type: ignore[arg-type]
+            part(radii),
+            None if colors is None else rules.bytes_of(part(colors)),  # type: ignore[arg-type]
+            part(numbers),
+            part(types),
+            type_names,
+            {name: part(column) for name, column in values.items()},  # type: ignore[misc]
+            cell,
+            origin,
+            {name: part(column) for name, column in texts.items()},  # type: ignore[misc]
+            bonds
+            if mask is None or bonds is None
+            else bonds_among(np.asarray(bonds).reshape(-1, 2), mask),
+            unit,
+        )
     except RowError as error:
-        if error.row is None or line_of is None:
+        if error.row is None or error.key == "bonds" or line_of is None:
             raise SceneError(f"{source}: {error}") from None
-        line = line_of(error.row)
+        line = line_of(error.row if rows is None else int(rows[error.row]))
         raise SceneError(f"{source}: line {line}: {error.key}: {error.expected}") from None
     except SceneError as error:
         raise SceneError(f"{source}: {error}") from None
+    if (crowded := rules.crowded(found.positions)) is not None:
+        rules.say(source, crowded)
+    return found
+
+
+def _positions(left: Columns) -> Array | None:
+    """(n, 3), or (n, 2) where nothing says z."""
+    found = left.take(*POSITIONS, ndim=2)
+    for names in (("x", "y", "z"), ("xu", "yu", "zu")):
+        found = left.take_triple(*names) if found is None else found
+    found = left.take_parts(*POSITIONS, *CENTERS) if found is None else found
+    found = left.take_triple("x", "y") if found is None else found
+    return left.take_parts(*POSITIONS, *CENTERS, least=2) if found is None else found
+
+
+def _colors(left: Columns) -> Array | None:
+    """(n, 3); what stands beside them as opacity becomes a column of its own."""
+    found = left.take(*COLORS, ndim=2)
+    if found is not None and found.shape[1] == 4 and left.find(*OPACITIES) is None:
+        found, left.left["alpha"] = found[:, :3], found[:, 3]
+    for names in COLOR_TRIPLES:
+        found = left.take_triple(*names) if found is None else found
+    return left.take_parts(*COLORS) if found is None else found
+
+
+def _radii(left: Columns, positions: Array, source: str, unit: str | None) -> Array | None:
+    """(n,), or one for all."""
+    name, n = left.find(*RADII, ndim=0), len(positions)
+    if name is not None and name.lower() == "r" and left.left[name].shape == (n,):
+        angle = left.find(*ANGLES)
+        if angle is not None:
+            rules.say(source, f"{name}: is no radius beside {angle}: it is a column")
+        elif rules.is_distance(left.left[name], positions):
+            rules.say(source, f"{name}: is the distance from the origin: it is a column, no radius")
+        else:
+            return left.left.pop(name)
+        name = None
+    if name is not None:
+        found, own = left.left.pop(name), left.unit_of(title(name).name.lower())
+    elif (name := left.find(*DIAMETERS, ndim=0)) is not None:
+        found, own = left.left.pop(name), left.unit_of(title(name).name.lower())
+        found = found if _are_names(found) else frozen(np.asarray(found / 2))
+    else:
+        return _enclosing(left, source)
+    if own is not None and unit is not None and own != unit and not _are_names(found):
+        return frozen(np.asarray(found * (LENGTHS[own] / LENGTHS[unit])))
+    return found
+
+
+def _enclosing(left: Columns, source: str) -> Array | None:
+    """(n,) radii of the spheres around ellipsoids."""
+    for names in (*SHAPES, *SEMI_AXES):
+        found = [left.get(name) for name in names]
+        columns = [one for one in found if one is not None and one.dtype.kind in "iuf"]
+        if len(columns) == 3:
+            part = 2 if names in SHAPES and left.find("blockiness1") is None else 1
+            rules.say(source, f"{' '.join(names)}: are drawn as the spheres around them")
+            return frozen(np.maximum.reduce(columns) / part)
+    return None
 
 
 def _elements_and_types(
@@ -145,15 +268,42 @@ def _numbers(names: Array, *ways: Callable[[tuple[str, ...]], list[int] | None])
     return None
 
 
-def _values(left: Columns, source: str, n: int) -> dict[str, Array]:
-    """The columns of numbers that are left."""
-    values = {}
+def _others(left: Columns, source: str, n: int) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The columns that are left: of numbers, and of text."""
+    values, texts = dict[str, Array](), dict[str, Array]()
     for name, column in left.left.items():
-        if column.shape == (n,) and column.dtype.kind in "biuf":
-            values[name] = column
-        elif not (_are_names(column) and name.lower() in (*ELEMENTS, *NAMES)):
-            _say_unused(source, name, n)
-    return values
+        column = _plain(column)
+        found = values if column.dtype.kind in "biuf" else texts
+        if column.shape == (n,) and column.dtype.kind in "biufSU":
+            found[name] = column
+        elif column.shape[:1] == (n,) and column.ndim == 2 and column.dtype.kind in "biufSU":
+            if column.shape[1] > MOST_PARTS:
+                rules.say(
+                    source, f"{name}: is not used, expected at most {MOST_PARTS} numbers each"
+                )
+                continue
+            axes = "xyz" if column.shape[1] == 3 else range(1, column.shape[1] + 1)
+            found |= {f"{name}_{axis}": column[:, i] for i, axis in enumerate(axes)}
+        else:
+            rules.say(source, f"{name}: is not used, expected numbers or text of shape ({n},)")
+    return values, texts
+
+
+def _plain(column: Array) -> Array:
+    """Text that is Python's objects as NumPy's."""
+    if column.dtype == object and all(isinstance(one, str) for one in column.flat):
+        return column.astype(str)
+    return column
+
+
+def _say_opacity(values: Mapping[str, Array], source: str) -> None:
+    """Names columns that speak of opacity, unless they say that all is opaque."""
+    for name, column in values.items():
+        if name.lower() in OPACITIES and len(column):
+            first = column[0]
+            full = (0,) if name.lower() == "transparency" else (1, 255, 65535)
+            if first not in full or (column != first).any():
+                rules.say(source, f"{name}: is a column, and not drawn: all particles are opaque")
 
 
 def distinct(names: Array) -> tuple[tuple[str, ...], Array]:
@@ -172,20 +322,5 @@ def distinct(names: Array) -> tuple[tuple[str, ...], Array]:
     return tuple(key.decode("utf-8", "replace") for key in keys.tolist()), which.reshape(-1)
 
 
-@functools.cache  # once for a file, however many frames it has
-def _say_unused(source: str, name: str, n: int) -> None:
-    message = f"{source}: {name}: is not used, expected numbers of shape ({n},)"
-    warnings.warn(message, ParticleWarning, stacklevel=2)
-
-
 def _are_names(array: Array) -> bool:
     return array.dtype.kind in "SU"
-
-
-def _bytes(colors: Array) -> Array:
-    """Colours that are floats in name only: whole numbers, and one is above 1."""
-    if colors.dtype.kind == "f" and (colors > 1).any():
-        with np.errstate(invalid="ignore"):
-            found = colors.astype(np.uint8)
-        return frozen(found) if (found == colors).all() else colors
-    return colors
