@@ -111,7 +111,6 @@ def test_ovitos_data_collection() -> None:
         ({}, "dict: expected columns x, y and z or positions (n, 3), got none"),
         ({"pos": POSITIONS, "r": "big"}, "dict: radii: expected numbers of shape (n,) or one num"),
         (group(), None),
-        (Object(positions=[[0, 0, np.inf]]), "SimpleNamespace: positions[0]: expected finite num"),
     ],
 )
 def test_what_holds_no_particles(given: object, said: str | None) -> None:

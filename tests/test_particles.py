@@ -73,8 +73,8 @@ def test_text_and_bonds() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"positions": FOUR[:, :2]}, "positions: expected numbers of shape (n, 3), got float64 of"),
-        ({"positions": "x"}, "positions: expected numbers of shape (n, 3), got 'x'"),
+        ({"positions": FOUR[:, :1]}, "positions: expected numbers of shape (n, 3), got float64 of"),
+        ({"positions": "x"}, "positions: expected numbers of shape (n, 3), got array('x'"),
         ({"positions": [[0, 0, np.nan]]}, "positions[0]: expected finite numbers, got [0.0, 0.0, "),
         ({"radii": [1, 2, 0, 4]}, "radii[2]: expected a finite number above 0, got 0.0"),
         ({"radii": [1, 2, 3]}, "radii: expected 4 of them, as positions, got (3,)"),
@@ -154,6 +154,25 @@ def test_names_of_columns() -> None:
     assert found.colors is None
 
 
+def test_colours_by_other_names() -> None:
+    red = {"ColorR": [1.0, 0], "ColorG": [0, 0.5], "ColorB": [0, 0]}
+    for form in ("{}", "{}_", "RGB:"):
+        names = [f"RGB:{i}" if form == "RGB:" else name for i, name in enumerate(red)]
+        found = made(**XYZ, **dict(zip(names, red.values(), strict=True)))
+        assert same(found.colors, [[1, 0, 0], [0, 0.5, 0]])
+        assert found.values == {}
+
+
+def test_colours_of_16_bits_and_floats_to_255() -> None:
+    wide = np.array([[0, 65535, 257], [1, 2, 3]], np.uint16)
+    assert np.allclose(made(**XYZ, colors=wide).colors, wide / 65535, atol=1e-7)  # type: ignore[arg-type]
+    assert same(made(**XYZ, colors=wide % 256).colors, wide % 256)
+    halves = np.array([[0, 127.5, 255], [0.25, 1, 2]])
+    assert same(made(**XYZ, colors=halves).colors, halves / 255)
+    wide = np.array([[0, 65535, 257.0], [1, 2, 3]])
+    assert np.allclose(made(**XYZ, colors=wide).colors, wide / 65535, atol=1e-7)  # type: ignore[arg-type]
+
+
 def test_floats_that_are_bytes() -> None:
     def colors(*red: float) -> np.ndarray:
         return np.asarray(made(**XYZ, red=red, green=[0.0, 0.0], blue=[0.0, 0.0]).colors)
@@ -210,21 +229,186 @@ def test_distinct_names_are_in_order() -> None:
             assert [kinds[i] for i in index] == [names[i] for i in which]
 
 
-def test_what_is_not_used_is_said_once() -> None:
+def warned(**columns: Any) -> tuple[clrt.Particles, list[str]]:
+    """Particles of columns, and what is said of them."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        for _ in range(3):
-            made(**XYZ, label=["a", "b"], forces=np.zeros((2, 3)), time=1.0)
-    said = [str(warning.message) for warning in caught]
-    assert said == [
-        f"a: {name}: is not used, expected numbers of shape (2,)"
-        for name in ("label", "forces", "time")
-    ]
+        found = made(**columns)
+    assert all(warning.category is clrt.ParticleWarning for warning in caught)
+    return found, [str(warning.message).removeprefix("a: ") for warning in caught]
+
+
+def test_what_has_no_meaning_is_a_column_or_named() -> None:
+    found, said = warned(
+        **XYZ,
+        label=["a", "b"],
+        residue=np.array(["ALA", "Å"], object),
+        forces=np.arange(6.0).reshape(2, 3),
+        tags=np.arange(4).reshape(2, 2),
+        time=1.0,
+        faces=[[0, 1, 2]],
+    )
+    assert found.texts["label"].tolist() == ["a", "b"]
+    assert found.texts["residue"].tolist() == ["ALA", "Å"]
+    assert list(found.values) == ["forces_x", "forces_y", "forces_z", "tags_1", "tags_2"]
+    assert found.values["forces_z"].tolist() == [2, 5]
+    expected = "is not used, expected numbers or text of shape (2,)"
+    assert said == [f"time: {expected}", f"faces: {expected}"]
+
+
+NAN, INF = np.nan, np.inf
+
+
+@pytest.mark.parametrize(
+    ("columns", "left", "said"),
+    [
+        ({"x": [0, NAN, 2, 3]}, [0, 2, 3], ["1 of 4 particles are left out: no finite position"]),
+        ({"x": [0, 1, -INF, INF]}, [0, 1], ["2 of 4 particles are left out: no finite position"]),
+        ({"radius": [1, 0, 2, 0]}, [0, 2], ["2 of 4 particles are left out: radius 0"]),
+        ({"diameter": [1, NAN, 2, INF]}, [0, 2], ["2 of 4 particles are left out: no finite radi"]),
+        (
+            {"x": [NAN, 1, 2, 3], "radius": [0, 0, NAN, 1]},
+            [3],
+            ["1 of 4 particles are left out: no f", "1 of 4 particles are left out: radius 0",
+             "1 of 4 particles are left out: no finite radius"],
+        ),
+        ({"v": [NAN, 1, 2, 3]}, [0, 1, 2, 3], []),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_left_out_and_counted(
+    columns: dict[str, Any], left: list[int], said: list[str]
+) -> None:
+    four = {axis: np.arange(4.0) for axis in "xyz"} | {"id": np.arange(4), "name": list("HCNO")}
+    found, lines = warned(**four | columns)
+    assert found.values["id"].tolist() == left
+    assert found.texts["name"].tolist() == ["HCNO"[i] for i in left]
+    assert same(found.elements, np.array([1, 6, 7, 8])[left])
+    assert len(lines) == len(said)
+    assert all(line.startswith(start) for line, start in zip(lines, said, strict=True))
+
+
+def test_an_error_names_the_line_of_its_row_whatever_is_left_out() -> None:
+    columns = {"positions": np.array([[NAN] * 3, [1, 1, 1], [2, 2, 2]])}
+    columns["radius"] = np.array([1.0, 1, -1])
+    said = "a: line 12: radii: expected a finite number above 0, got -1.0"
+    with pytest.raises(clrt.SceneError, match=said), pytest.warns(clrt.ParticleWarning):
+        particles(columns, "a", line_of=lambda row: 10 + row)
+
+
+def test_bonds_of_what_is_left_out_go_with_it() -> None:
+    columns = {"positions": np.array([[0, 0, 0], [NAN, 0, 0], [1, 0, 0], [2.0, 0, 0]])}
+    with pytest.warns(clrt.ParticleWarning):
+        found = particles(columns, "a", bonds=[(0, 1), (2, 3), (0, 2)], unit="nm")
+    assert same(found.bonds, [[1, 2], [0, 1]])
+    assert found.unit == "nm"
+
+
+def test_places_that_several_have() -> None:
+    random = np.random.default_rng(5)
+    for n in (300, 200_000):
+        at = random.normal(size=(n, 3))
+        assert warned(positions=at)[1] == []
+        few, many = at.copy(), at.copy()
+        few[: n // 200] = at[-1]
+        many[: n // 10] = at[n // 2 : n // 2 + n // 10]
+        assert warned(positions=few)[1] == []
+        (said,) = warned(positions=many)[1]
+        share = "30 of" if n == 300 else "about 10% of"
+        assert said.startswith(f"{share} {n} particles are at the place of another")
+    assert warned(positions=np.ones((3, 3)))[1] == ["all 3 particles are at one place"]
+    assert warned(positions=[[0.0, 0, 0], [-0.0, 0, 0]])[1] == ["all 2 particles are at one place"]
+    assert warned(positions=np.ones((1, 3)))[1] == []
+    assert warned(positions=[[1, 2, 3], [1, 3, 2], [2, 1, 3]])[1] == []
+
+
+def test_no_z() -> None:
+    flat = {"x": [1.0, 2], "y": [3.0, 4]}
+    for columns in (flat, {"pos": FOUR[:2, :2]}, {"Points_0": [1, 2], "Points_1": [3, 4]}):
+        found = made(**columns)
+        assert found.positions.shape == (2, 3)
+        assert (found.positions[:, 2] == 0).all()
+    given = np.array([[1, 2], [3, 4]], np.float32)
+    assert same(clrt.Particles(given).positions, np.array([[1, 2, 0], [3, 4, 0]], np.float32))
+
+
+@pytest.mark.parametrize("names", ["Points:{0}", "Points_{0}", "position.{x}", "pos_{x}", "Pos{X}",
+                                   "center_{x}", "Coord[{1}]", "{X} (nm)", "{x}[Å]"])  # fmt: skip
+def test_other_names_of_positions(names: str) -> None:
+    parts = [{"0": str(i), "1": str(i + 1), "x": "xyz"[i], "X": "XYZ"[i]} for i in range(3)]
+    for part in parts:
+        part |= {"{0}": part["0"]}
+    headers = [
+        names.replace("{0}", p["0"]).replace("{1}", p["1"]).replace("{x}", p["x"]).replace(
+            "{X}", p["X"])
+        for p in parts
+    ]  # fmt: skip
+    found = made(**{name: FOUR[:, i] for i, name in enumerate(headers)}, v=[1, 2, 3, 4])
+    assert (found.positions == FOUR).all()
+    assert list(found.values) == ["v"]
+    assert found.unit == {"{X} (nm)": "nm", "{x}[Å]": "angstrom"}.get(names)
+
+
+def test_a_radius_in_another_unit() -> None:
+    names = {"X (m)": [1, 2], "Y (m)": [1, 2], "Z (m)": [1, 2]}
+    found = made(**names, **{"Radius (mm)": [1, 2], "T (K)": [3, 4], "d (m)": [5, 6]})
+    assert np.allclose(found.radii, [1e-3, 2e-3], rtol=1e-15)  # type: ignore[arg-type]
+    assert found.unit == "m"
+    assert list(found.values) == ["T (K)", "d (m)"]
+    assert same(made(**names, **{"Diameter (cm)": [1, 2]}).radii, [0.005, 0.01])
+    assert same(made(**XYZ, **{"radius (nm)": [1, 2]}).radii, [1, 2])
+
+
+def test_r_that_is_no_radius() -> None:
+    at = {"x": [3.0, 1, 0], "y": [4.0, 1, 2], "z": [0.0, 1, 0]}
+    found, said = warned(**at, r=[1, 2, 3], theta=[0, 0, 0], phi=[1, 2, 3])
+    assert found.radii is None
+    assert list(found.values) == ["r", "theta", "phi"]
+    assert said == ["r: is no radius beside theta: it is a column"]
+    for distance in ([5, 1.732, 2], [5.0, 1.4142, 2]):
+        found, said = warned(**at, r=distance)
+        assert found.radii is None
+        assert said == ["r: is the distance from the origin: it is a column, no radius"]
+    assert same(made(**at, r=[5, 1, 2]).radii, [5, 1, 2])
+    assert same(made(**at, r=[5, 5, 5]).radii, [5, 5, 5])
+    found = made(**at, r=[1, 2, 3], radius=[2, 2, 2], theta=[0, 0, 0])
+    assert same(found.radii, [2, 2, 2])
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"alpha": [255, 255]}, []),
+        ({"opacity": [1.0, 1.0]}, []),
+        ({"Transparency": [0, 0]}, []),
+        ({"alpha": [255, 0]}, ["alpha: is a column, and not drawn: all particles are opaque"]),
+        ({"Opacity": [0.5, 0.5]}, ["Opacity: is a column, and not drawn: all particles are opaq"]),
+        ({"Transparency": [1, 1]}, ["Transparency: is a column, and not drawn: all particles are"]),
+        (
+            {"color": [[0, 0, 0, 0.5], [0, 0, 0, 1]]},
+            ["alpha: is a column, and not drawn: all particles a"],
+        ),
+    ],
+)
+def test_opacity_is_a_column_and_said(columns: dict[str, Any], said: list[str]) -> None:
+    found, lines = warned(**XYZ, **columns)
+    assert len(found.values) == 1
+    assert [line[:50] for line in lines] == [line[:50] for line in said]
+
+
+def test_ellipsoids_are_the_spheres_around_them() -> None:
+    shape = {"shapex": [1.0, 4], "shapey": [2.0, 1], "shapez": [1.0, 1]}
+    found, said = warned(**XYZ, **shape)
+    assert same(found.radii, [1, 2])
+    assert said == ["shapex shapey shapez: are drawn as the spheres around them"]
+    assert list(found.values) == list(shape)
+    halves = {f"AsphericalShape{axis[-1].upper()}": column for axis, column in shape.items()}
+    assert same(warned(**XYZ, **halves)[0].radii, [2, 4])
+    assert warned(**XYZ, **shape, radius=[1, 1])[1] == []
 
 
 def test_no_positions() -> None:
     with pytest.raises(clrt.SceneError, match=r"^a: expected columns x, y and z or positions \(n"):
-        made(x=[1], y=[2])
+        made(x=[1], z=[2])
     with pytest.raises(clrt.SceneError, match="got 'positions'"):
         made(positions=[1, 2, 3])
 

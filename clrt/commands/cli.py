@@ -22,10 +22,18 @@ COMMANDS = ("animate", "check", "compare", "devices", "encode", "render", "view"
 """Modules of this package, each with a command of its name."""
 
 
-def _say_warning(message: Warning | str, category: type[Warning], *where: object) -> None:
-    """clrt's own. Nobody at a shell can mend what the libraries warn of."""
-    if issubclass(category, ClrtWarning):
-        say(f"clrt: {message}")
+class Warnings:
+    """Says clrt's own, each once. Nobody at a shell can mend what the libraries warn of."""
+
+    def __init__(self) -> None:
+        self._said: set[str] = set()
+
+    def __call__(
+        self, message: Warning | str, category: type[Warning], *where: object, **more: object
+    ) -> None:
+        if issubclass(category, ClrtWarning) and str(message) not in self._said:
+            self._said.add(str(message))
+            say(f"clrt: {message}")
 
 
 def _command(words: Sequence[str]) -> str:
@@ -47,7 +55,7 @@ class Commands(click.Group):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", ClrtWarning)
-                warnings.showwarning = _say_warning  # type: ignore[assignment]
+                warnings.showwarning = Warnings()  # type: ignore[assignment]
                 return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status

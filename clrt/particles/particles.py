@@ -17,8 +17,8 @@ class Particles:
     """n particles, kept as arrays that nobody can change. None stands for what is not known.
 
     Args:
-        positions: (n, 3), in any unit of length; (n, 2) lie at z = 0. float32 and float64 are kept as they are; others
-            become float64.
+        positions: (n, 3), in any unit of length; (n, 2) lie at z = 0. float32 and float64 are kept
+            as they are; others become float64.
         radii: (n,), or one for all; above 0.
         colors: (n, 3) sRGB: whole numbers to 255, or floats from 0 to 1. `clrt.color.linear` makes
             them linear.

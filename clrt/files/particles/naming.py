@@ -79,7 +79,7 @@ def triple(names: Iterable[str], bases: Iterable[str]) -> list[tuple[str, ...]]:
     for name in names:
         if found := PART.match(name):
             parts.setdefault((found[1], found[2]), name)
-    found_all = []
+    found_all = list[tuple[str, ...]]()
     for base in bases:
         for axes in AXES:
             there = tuple(parts[base, axis] for axis in axes if (base, axis) in parts)

@@ -14,7 +14,7 @@ positions have certain hashes, so that two at one place are both in or both out.
 MANY = 0.01
 """The part of the particles that may be at the place of another without a word."""
 ROUNDED = 1e-3
-"""How far a distance from the origin may be from one that a file rounds, in parts of the largest."""
+"""How far a distance from the origin may be from one that is rounded, in parts of the largest."""
 
 
 def say(source: str, text: str) -> None:
@@ -39,17 +39,19 @@ def kept(positions: Array, radii: Array | None) -> Kept:
         radii: (n,), or one for all.
     """
     n = len(positions)
-    masks = []
-    if not (finite := np.isfinite(positions)).all():
-        masks.append((finite.all(axis=1), "no finite position"))
+    masks = list[tuple[Array, str]]()
+    is_numbers = positions.dtype.kind in "biuf"  # else Particles() says what is wrong
+    if is_numbers and not np.isfinite(positions).all():
+        masks.append((np.isfinite(positions.T).all(axis=0), "no finite position"))
     if radii is not None and radii.dtype.kind in "biuf":
         for good, why in ((radii != 0, "radius 0"), (np.isfinite(radii), "no finite radius")):
             if not good.all():
-                masks.append((np.broadcast_to(good, n), why))
-    mask, said = None, list[str]()
+                masks.append((np.broadcast_to(good, (n,)), why))
+    mask: Array | None = None
+    said = list[str]()
     for good, why in masks:
         left = np.count_nonzero(~good if mask is None else mask & ~good)
-        mask = good if mask is None else mask & good
+        mask = good if mask is None else np.logical_and(mask, good)
         if left:
             said.append(f"{left} of {n} particles are left out: {why}")
     return Kept(mask, said)
