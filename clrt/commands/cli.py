@@ -55,7 +55,7 @@ class Commands(click.Group):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", ClrtWarning)
-                warnings.showwarning = Warnings()  # type: ignore[assignment]
+                warnings.showwarning = Warnings()
                 return super().main(*words, **options)
         except ClrtError as error:
             said, status = str(error), error.exit_status

@@ -42,7 +42,7 @@ def kept(positions: Array, radii: Array | None) -> Kept:
     masks = list[tuple[Array, str]]()
     is_numbers = positions.dtype.kind in "biuf"  # else Particles() says what is wrong
     if is_numbers and not np.isfinite(positions).all():
-        masks.append((np.isfinite(positions.T).all(axis=0), "no finite position"))
+        masks.append((np.asarray(np.isfinite(positions.T).all(axis=0)), "no finite position"))
     if radii is not None and radii.dtype.kind in "biuf":
         for good, why in ((radii != 0, "radius 0"), (np.isfinite(radii), "no finite radius")):
             if not good.all():
