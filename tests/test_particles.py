@@ -159,7 +159,7 @@ def test_colours_by_other_names() -> None:
     for form in ("{}", "{}_", "RGB:"):
         names = [f"RGB:{i}" if form == "RGB:" else name for i, name in enumerate(red)]
         found = made(**XYZ, **dict(zip(names, red.values(), strict=True)))
-        assert same(found.colors, [[1, 0, 0], [0, 0.5, 0]])
+        assert np.array_equal(np.asarray(found.colors), [[1, 0, 0], [0, 0.5, 0]])
         assert found.values == {}
 
 
