@@ -155,11 +155,11 @@ def test_names_of_columns() -> None:
 
 
 def test_colours_by_other_names() -> None:
-    red = {"ColorR": [1.0, 0], "ColorG": [0, 0.5], "ColorB": [0, 0]}
-    for form in ("{}", "{}_", "RGB:"):
-        names = [f"RGB:{i}" if form == "RGB:" else name for i, name in enumerate(red)]
-        found = made(**XYZ, **dict(zip(names, red.values(), strict=True)))
-        assert np.array_equal(np.asarray(found.colors), [[1, 0, 0], [0, 0.5, 0]])
+    expected = np.array([[1, 0, 0], [0, 0.5, 0]])
+    for name in ("ColorR ColorG ColorB", "RGB:0 RGB:1 RGB:2", "color.r color.g color.b"):
+        parts = dict(zip(name.split(), expected.T, strict=True))
+        found = made(**XYZ, **parts)
+        assert same(found.colors, expected)
         assert found.values == {}
 
 
