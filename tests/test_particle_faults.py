@@ -123,7 +123,7 @@ def fault(path: Path) -> str:
         # Values.
         (".xyz", "O 1 1 1 2", "O 1 1,5 1 2", "line 4: expected a number as pos, got '1,5'"),
         (".xyz", "O 1 1 1 2", f"{'O' * 80} 1 1 1 2", "line 4: expected names of less than 64 byte"),
-        (".dump", "2 1 1 1 1 0.5", "2 1 1 1 1 -1", "line 11: radii: expected a finite number abov"),
+        (".dump", "2 1 1 1 1 0.5", "2 1 1 1 1 -1", "line 11: radii: expected a finite number a"),
         (".dump", "2 1 1 1 1 0.5", "2 1 1 1 1 x", "line 11: expected a number as radius, got 'x'"),
         (".dump", "2 1 1 1 1 0.5", "2 1.5 1 1 1 1", "line 11: expected a whole number as type, go"),
         (".dump", "0 1\nITEM: ATOMS", "0 x\nITEM: ATOMS", "line 8: expected 2 numbers of the box,"),
