@@ -14,6 +14,10 @@ class DeviceError(ClrtError):
     """No OpenCL device can do the work."""
 
 
+class LinkError(DeviceError):
+    """What a device has compiled cannot be linked, however few its lanes are."""
+
+
 class OutputError(ClrtError):
     """The picture cannot be written, or does not fit into memory."""
 

@@ -25,12 +25,14 @@ def folder(name: str) -> Path:
     return Path(__file__).parent / name
 
 
-def cache_folder() -> Path:
+def cache_folder(runs: bool = False) -> Path:
     """Where clrt keeps what it can make again: in the user's cache (XDG base directories), or in
     the temporary folder if that cannot be written or is full.
 
+    runs: whether programs must run from there.
+
     Raises:
-        DeviceError: neither has room.
+        DeviceError: neither has room, or lets programs run.
     """
     reason = ""
     for find in (_of_user, _temporary):
@@ -38,7 +40,9 @@ def cache_folder() -> Path:
             found = find()
             with tempfile.TemporaryFile(dir=found) as probe:
                 os.posix_fallocate(probe.fileno(), 0, ROOM)
-            return found
+            if not (runs and os.statvfs(found).f_flag & os.ST_NOEXEC):
+                return found
+            reason = "set XDG_CACHE_HOME to a folder that is not mounted noexec"
         except (OSError, RuntimeError) as error:  # expanduser() where there is no home
             if getattr(error, "errno", None) == errno.EFBIG:
                 reason = "no file may have 1 MB (ulimit -f): allow it"

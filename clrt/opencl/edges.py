@@ -62,9 +62,21 @@ def refine(
             last = min(first + block, bottom)
             number = np.zeros(1, np.int32)
             count = bands.upload(queue.context, {"count": number})["count"]
-            size = -(-(right - left) // 16), last - first
+            # A size of the group's is given: PoCL would compile the kernel again for each that it
+            # chooses by itself, in every process. Items beyond the row's end find nothing.
+            size = -(-(right - left) // (16 * GROUP)) * GROUP, last - first
             ran(
-                kernels["edges"], size, None, paths, columns, rows, left, first, right, found, count
+                kernels["edges"],
+                size,
+                (GROUP, 1),
+                paths,
+                columns,
+                rows,
+                left,
+                first,
+                right,
+                found,
+                count,
             )
             cl.enqueue_copy(queue, number, count)
             total, start, told = int(number[0]), 0, 0

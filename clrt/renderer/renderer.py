@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt import storage
-from clrt.errors import DeviceError, DeviceWarning, RequestError
+from clrt.errors import DeviceError, DeviceWarning, LinkError, RequestError
 from clrt.figure.resolver import Resolver
 from clrt.files.scenefile import as_scene
 from clrt.film import develop
@@ -299,7 +299,7 @@ class Renderer(AbstractContextManager["Renderer"]):
                 self._programs[needed] = program.kernels(made)
             except DeviceError as error:
                 narrower = [n for n in LANES if n < self.lanes]
-                if not narrower:
+                if not narrower or isinstance(error, LinkError):
                     raise DeviceError(f"{label(self.device)} cannot be used: {error}") from None
                 self._narrow(narrower[-1], str(error))
                 needed = replace(needed, lanes=self.lanes)

@@ -10,6 +10,7 @@ A limit set in this process would do with less, but where LLVM meets it, it abor
 """
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -22,9 +23,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt import reference
-from clrt.errors import DeviceError
+from clrt.errors import DeviceError, LinkError
 from clrt.film import metrics
-from clrt.opencl import bands, edges, program
+from clrt.opencl import bands, edges, pocl, program
 from clrt.opencl.device import devices, identity
 from clrt.renderer import pack, samples
 from clrt.renderer.dispatch import Exposer
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
 
 MEMORY = 2 << 30  # bytes; a compiler that works needs a tenth of it
 SECONDS = 120  # one that works needs 1, and 20 on an emulated CPU
+# What clang prints where a linker fails, below the linker's own line, and where there is none.
+UNLINKED = re.compile("^(.*)\nerror: linker command failed|error: (unable to execute .*)", re.M)
+LINKER_HINT = "apt-get install gcc libc6-dev brings a linker"
 FAILED, ELSEWHERE = 3, 4  # exit statuses of the child: the last if it has another device
 
 SIZE = (101, 13)  # whole packets and a part of one
@@ -59,6 +63,7 @@ def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
 
     Raises:
         DeviceError: it has not. The message says why, as the end of a sentence.
+        LinkError: it could not be tried.
     """
     found = devices()
     if device not in found or not sys.executable:  # a part of a device; Python inside a program
@@ -84,6 +89,8 @@ def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
         raise DeviceError(said.split("\n")[-1])
     if child.returncode == ELSEWHERE:  # an emulator that does not emulate what it starts
         return try_here(device, source, features)
+    if unlinked := UNLINKED.search(said):
+        raise LinkError(f"cannot link ({unlinked[1] or unlinked[2]}): {LINKER_HINT}")
     if "out of memory" in said:
         reason = f"more than {MEMORY >> 30} GB of memory"
     elif child.returncode < 0:
@@ -95,6 +102,11 @@ def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
 
 def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
     """As tried(), in this process: it finds wrong pictures, but what crashes crashes."""
+    with pocl.linking():
+        return _try_here(device, source, features)
+
+
+def _try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
     import pyopencl as cl
 
     context = cl.Context([device])
