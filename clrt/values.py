@@ -107,6 +107,15 @@ def some(names: Iterable[str], most: int = 5) -> str:
     return ", ".join(found[:most] + more) or "none"
 
 
+def did_you_mean(given: object, known: Iterable[str]) -> str:
+    """The end of a sentence that names the nearest of some words; "" if none is near."""
+    from difflib import get_close_matches
+
+    words = {word.lower(): word for word in known}
+    near = get_close_matches(str(given).lower(), words, 1)
+    return f"; did you mean {words[near[0]]!r}?" if near else ""
+
+
 def floats(key: str, given: ArrayLike, columns: int) -> Array:
     """A finite array of floats that nobody else can change: (n, columns), or (n,) or () for 1.
 

@@ -121,8 +121,9 @@ def test_column() -> None:
     assert (found.column("speed") == [1, 2, 3, 4]).all()
     with pytest.raises(clrt.RequestError) as caught:
         found.column("spede")
-    there = "'x', 'y', 'z', 'radius', 'speed'"
-    assert str(caught.value) == f"expected a column that there is ({there}), got 'spede'"
+    there = "'speed', 'x', 'y', 'z', 'radius', 'index'"
+    expected = f"expected a column that there is ({there}), got 'spede'; did you mean 'speed'?"
+    assert str(caught.value) == expected
 
 
 def made(**columns: Any) -> clrt.Particles:

@@ -1,13 +1,16 @@
 """What a file of particles holds: positions, and what is known of each."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from clrt.errors import RequestError
-from clrt.values import Array, check_rows, floats, frozen, owned, require, some
+from clrt.particles import derived, elements
+from clrt.particles.texts import Text
+from clrt.values import Array, check_rows, did_you_mean, floats, frozen, owned, require, some
 
 HEAVIEST = 118
 """The largest atomic number."""
@@ -82,20 +85,33 @@ class Particles:
     def __repr__(self) -> str:
         return f"Particles(n={len(self)}, columns={list(self.values)})"
 
+    @property
+    def columns(self) -> Mapping[str, Array | Text]:
+        """All that expressions can name: "x", "y", "z", "radius", "index", "element" (symbols) and
+        "type"; `values` and `texts`; and what clrt.particles.derived makes of them."""
+        made: dict[str, Any] = {axis: self.positions[:, i] for i, axis in enumerate("xyz")}
+        if self.radii is not None:
+            made["radius"] = self.radii
+        made["index"] = np.arange(len(self))
+        if self.elements is not None:
+            made["element"] = partial(Text.of, elements.SYMBOLS, self.elements)
+        if self.types is not None:
+            names = self.type_names
+            made["type"] = self.types if names is None else partial(Text.of, names, self.types)
+        return derived.with_derived({**self.values, **made}, self.texts, self.elements)
+
     def column(self, name: str) -> Array:
-        """(n,): that of `values`, or "x", "y", "z" or "radius".
+        """(n,): one of `columns`.
 
         Raises:
             RequestError: there is none of this name.
         """
-        more = {axis: self.positions[:, i] for i, axis in enumerate("xyz")}
-        if self.radii is not None:
-            more["radius"] = self.radii
-        columns = {**more, **self.values}
+        columns = self.columns
         if name not in columns:
             expected = f"expected a column that there is ({some(columns, 20)})"
-            raise RequestError(f"{expected}, got {name!r}")
-        return columns[name]
+            raise RequestError(f"{expected}, got {name!r}{did_you_mean(name, columns)}")
+        found = columns[name]
+        return found.array() if isinstance(found, Text) else found
 
     def where(self, mask: ArrayLike) -> "Particles":
         """Those of which mask (n,) is True, with the bonds between them.
