@@ -10,9 +10,9 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import harness
 from clrt import reference
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.renderer.pack import PRECISIONS, Precision
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 from clrt.values import Vec3
 

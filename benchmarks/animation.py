@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 import clrt
 from benchmarks import harness
+from clrt.figure.rendering import Renderer
 from clrt.files import video
 from clrt.motion import animation
-from clrt.renderer.renderer import Renderer
 
 CRF = 18
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
-from clrt.renderer.renderer import Renderer
+from clrt.figure.rendering import Renderer
 from clrt.scene.scene import Scene
 
 ABOVE = (0.3, 2.4, 1.5)

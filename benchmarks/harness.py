@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from clrt.figure.rendering import Renderer
 from clrt.opencl.device import find_device
-from clrt.renderer.renderer import Renderer
 from clrt.scene.light import PointLight
 from clrt.scene.scene import Scene
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 import clrt
 from benchmarks import files, harness, ovito_peer, povray_peer
+from clrt.figure.rendering import Renderer
 from clrt.opencl.tree import Tree
 from clrt.renderer import pack
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 
 Array = NDArray[Any]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import clrt
 from benchmarks import harness, paper, povray_peer
 from clrt import reference
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.renderer.renderer import Renderer
 
 PAPER_SECONDS = 21 * 60 + 21  # section 11.11, on a machine that the paper does not name
 LOOP_SHRINK = 24  # the paper's loop renders 160x90 and is scaled: its time grows with the pixels

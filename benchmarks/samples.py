@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 import clrt
 from benchmarks import features, harness, many, ovito_peer
+from clrt.figure.rendering import Renderer
 from clrt.files.image import load
 from clrt.film import metrics
 from clrt.opencl import bands, edges, program
 from clrt.renderer import pack, samples
-from clrt.renderer.renderer import Region, Renderer
+from clrt.renderer.checks import Region
 from clrt.scene.scene import Scene
 
 Array = NDArray[Any]

@@ -17,9 +17,9 @@ from msgspec.structs import replace
 
 import clrt
 from benchmarks import harness
+from clrt.figure.rendering import Renderer
 from clrt.renderer import pack
 from clrt.renderer.pack import LANES
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 

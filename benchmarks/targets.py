@@ -13,10 +13,10 @@ import numpy as np
 import clrt
 from benchmarks import harness
 from benchmarks.speed import many_spheres
+from clrt.figure.rendering import Renderer
 from clrt.opencl import pocl
 from clrt.opencl.device import find_device
 from clrt.renderer.pack import Precision
-from clrt.renderer.renderer import Renderer
 
 # What to call it, PoCL's library of built-in functions, the CPU to compile for.
 TARGETS = (

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         SceneWarning,
     )
     from clrt.figure.plot import Picture, plot
+    from clrt.figure.rendering import Renderer, render
     from clrt.files.image import save
     from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from clrt.particles import palette as palette
     from clrt.particles.particlefile import ParticleFile
     from clrt.particles.particles import Particles
-    from clrt.renderer.renderer import Renderer, render
     from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.scene.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
     from clrt.scene.spheres import Sphere, Spheres
@@ -62,7 +62,7 @@ _HOMES = {
     "clrt.particles.particlefile": ("ParticleFile",),
     "clrt.particles.particles": ("Particles",),
     "clrt.figure.plot": ("Picture", "plot"),
-    "clrt.renderer.renderer": ("Renderer", "render"),
+    "clrt.figure.rendering": ("Renderer", "render"),
     "clrt.scene.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
     "clrt.scene.scene": (
         "Animation",

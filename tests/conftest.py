@@ -12,13 +12,13 @@ import pyopencl as cl
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from clrt.figure.rendering import Renderer
 from clrt.files.image import save
 from clrt.film import metrics
 from clrt.opencl import program
 from clrt.opencl.device import devices, label
 from clrt.renderer import pack
 from clrt.renderer.pack import LANES, Features, Precision
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 
 DEVICES = devices()

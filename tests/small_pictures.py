@@ -10,8 +10,8 @@ from hard_cases import CASES
 from msgspec.structs import replace
 
 import clrt
+from clrt.figure.rendering import Renderer
 from clrt.renderer.pack import LANES, PRECISIONS, TREE_FROM
-from clrt.renderer.renderer import Renderer
 
 WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lanes
 REGION = (3, 1, 36, 3)

@@ -12,6 +12,7 @@ from clrt import reference
 from clrt.errors import RequestError, SceneError, SceneWarning
 from clrt.renderer import glass, pack
 from clrt.renderer.pack import PRECISIONS, Features
+from clrt.truth import tracer
 
 SIZE = (150, 100)
 BALL = at(MIDDLE, 0.5, "glass")
@@ -242,11 +243,11 @@ def test_a_ball_deviates_by_twice_the_difference_of_the_angles() -> None:
     inward = np.stack([np.sin(angle), np.zeros(n), -np.cos(angle)])
     normal = np.repeat([[0.0], [0.0], [1.0]], n, axis=1)
     glass, air = np.full(n, 1.5), np.ones(n)
-    inside, total, _ = reference._refracted(inward, normal, air, glass)
+    inside, total, _ = tracer._refracted(inward, normal, air, glass)
     assert not total.any()
     chord = -2 * (inside * normal).sum(axis=0)
     far = normal + chord * inside  # on the unit ball
-    outward, total, _ = reference._refracted(inside, -far, glass, air)
+    outward, total, _ = tracer._refracted(inside, -far, glass, air)
     assert not total.any()
     deviation = np.arctan2(
         np.linalg.norm(np.cross(inward, outward, axis=0), axis=0), (inward * outward).sum(axis=0)

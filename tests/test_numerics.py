@@ -22,10 +22,10 @@ from clrt import (
     SpotLight,
     reference,
 )
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.film.metrics import QUARTER_STEP
 from clrt.renderer.pack import Precision
-from clrt.renderer.renderer import Renderer
 from clrt.scene.light import LightKind
 
 # Lanes: the two ways that the kernel's source can be read.

@@ -10,8 +10,8 @@ from test_numerics import WIDE, renderer_of
 
 import clrt
 from clrt import reference
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.renderer.renderer import Renderer
 
 U = 2.0**-24
 # float32 has no such depths, nor long double more digits than float64 everywhere.

@@ -15,9 +15,9 @@ from msgspec.structs import replace
 import clrt
 from clrt import storage
 from clrt.errors import DeviceError
+from clrt.figure.rendering import Renderer
 from clrt.opencl import program
 from clrt.renderer.pack import USES, Features
-from clrt.renderer.renderer import Renderer
 
 
 def picture(device: cl.Device) -> np.ndarray:

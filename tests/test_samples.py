@@ -20,10 +20,11 @@ from msgspec.structs import replace
 import clrt
 from clrt import reference
 from clrt.commands.cli import main
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.opencl import program
 from clrt.renderer import pack, samples
-from clrt.renderer.renderer import Renderer
+from clrt.truth import tracer
 
 Array = np.ndarray[Any, Any]
 PAIRS = 1 + pack.BOUNCES * (pack.KINDS + 1)
@@ -248,7 +249,7 @@ def truth(name: str) -> tuple[Array, reference.Trace]:
         paths = np.zeros_like(trace.paths)
         for point in points:
             found = reference.trace(scene, *SIZE, offset=(point[0], point[1])).paths
-            paths = paths * reference.PRIME + found
+            paths = paths * tracer.PRIME + found
     many = reference.mean(scene, *SIZE, samples.offsets(COUNT))
     return np.where(metrics.edges(paths)[..., np.newaxis], many, middle), trace
 

@@ -8,12 +8,12 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import reference
+from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.opencl import program, tree
 from clrt.opencl.tree import Plan, Tree
 from clrt.renderer import pack
 from clrt.renderer.pack import Precision
-from clrt.renderer.renderer import Renderer
 
 MATERIALS = {
     "mirror": clrt.Material((0.1, 0, 0), (0.6, 0.1, 0.1), (1, 1, 1), 100, reflection=0.5),

@@ -16,11 +16,11 @@ from msgspec.structs import replace
 import clrt
 from clrt import storage
 from clrt.errors import DeviceError, DeviceWarning
+from clrt.figure.rendering import Renderer
 from clrt.opencl import program
 from clrt.opencl.device import devices
 from clrt.renderer import pack, trial
 from clrt.renderer.pack import LANES, PRECISIONS, Features
-from clrt.renderer.renderer import Renderer
 
 EXPOSE = "Exposure exposure = exposure_of(sample);"
 PLAIN = Features(4, "robust", "float")

@@ -11,7 +11,7 @@ import click
 from clrt.errors import RequestError, SceneError
 
 if TYPE_CHECKING:
-    from clrt.renderer.renderer import Renderer
+    from clrt.figure.rendering import Renderer
     from clrt.scene.scene import Camera
 
 Command: TypeAlias = Callable[..., None]
@@ -49,7 +49,7 @@ class RenderingOptions(NamedTuple):
     quiet: bool
 
     def renderer(self) -> "Renderer":
-        from clrt.renderer.renderer import Renderer
+        from clrt.figure.rendering import Renderer
 
         return Renderer(
             precision=self.precision, lanes=self.lanes, device=self.device, threads=self.threads

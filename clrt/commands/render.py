@@ -20,7 +20,7 @@ from clrt.commands.terminal import Progress, say
 from clrt.errors import SceneError, named
 
 if TYPE_CHECKING:
-    from clrt.renderer.renderer import Region
+    from clrt.renderer.checks import Region
 
 
 @click.command()
@@ -122,7 +122,7 @@ def render(
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
     from clrt.files.particles.suffix import is_particles
     from clrt.opencl.device import label
-    from clrt.renderer.renderer import check_passes, check_region, check_size
+    from clrt.renderer.checks import check_passes, check_region, check_size
 
     output = output or Path(f"{Path(scene).stem}.png")
     if has_particles := is_particles(Path(scene)):

@@ -12,11 +12,11 @@ from clrt.errors import RequestError
 from clrt.figure import compose
 from clrt.figure.compose import Look
 from clrt.figure.framing import Projection
+from clrt.figure.rendering import Renderer
 from clrt.files import image
 from clrt.files.particles.reader import read
 from clrt.film.color import srgb
 from clrt.particles.particles import Particles
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 from clrt.values import Array
 

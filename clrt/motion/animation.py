@@ -12,9 +12,9 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError, SceneError
+from clrt.figure.rendering import Renderer
 from clrt.opencl.device import check_process
 from clrt.pipeline import in_order
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import CAMERA_VECTORS, LENSES, Animation, Camera, Scene
 
 Array = NDArray[Any]

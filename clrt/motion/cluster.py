@@ -12,6 +12,7 @@ import msgspec
 
 from clrt.errors import RequestError
 from clrt.figure.compose import Look
+from clrt.figure.rendering import Renderer
 from clrt.files import image, numbered
 from clrt.files.particles.suffix import is_particles
 from clrt.files.scenefile import load_scene
@@ -19,7 +20,6 @@ from clrt.motion.animation import Frames, Way
 from clrt.motion.trajectory import Flow
 from clrt.opencl.device import target
 from clrt.renderer.pack import Precision
-from clrt.renderer.renderer import Renderer
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 

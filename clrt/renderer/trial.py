@@ -22,7 +22,6 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from clrt import reference
 from clrt.errors import DeviceError, LinkError
 from clrt.film import metrics
 from clrt.opencl import bands, edges, pocl, program
@@ -32,6 +31,7 @@ from clrt.renderer.dispatch import Exposer
 from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
 from clrt.scene.scene import Camera, Film, Material, Scene
 from clrt.scene.spheres import Sphere
+from clrt.truth import tracer
 from clrt.values import BLACK
 
 if TYPE_CHECKING:
@@ -220,11 +220,11 @@ def scene_for(features: pack.Features) -> Scene:
 
 def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int:
     """How many pixels are off by more than rounding makes them, away from edges."""
-    truth: reference.Truth = "seed" if features.precision == "literal" else "exact"
+    truth: tracer.Truth = "seed" if features.precision == "literal" else "exact"
     real = pack.PRECISIONS[features.precision]
     wide, size = real if truth == "seed" else np.float64, size_for(features)
     scene = _as_known(scene)
-    trace = reference.trace(scene, *size, truth, wide)
+    trace = tracer.trace(scene, *size, truth, wide)
     if features.film == "paths":
         off = film[..., 0] != trace.paths
     elif features.film == "passes":
@@ -235,7 +235,7 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
         true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
         if features.refine or features.gather:
             count = int(pack.sampling(features, scene)["samples"])
-            true = reference.mean(scene, *size, samples.offsets(count))
+            true = tracer.mean(scene, *size, samples.offsets(count))
         if features.film != "alpha":
             true = true[..., :3]
         off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP
@@ -257,7 +257,7 @@ def _as_known(scene: Scene) -> Scene:
     return replace(scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False)
 
 
-def _wrong_passes(film: pack.Array, trace: reference.Trace) -> pack.Array:
+def _wrong_passes(film: pack.Array, trace: tracer.Trace) -> pack.Array:
     seen = trace.id >= 0
     depth = np.where(seen, trace.depth, 0)
     off = (film["id"] != trace.id) | ((film["depth"] < np.inf) != seen)

@@ -9,7 +9,7 @@ import anywidget
 import msgspec
 
 from clrt import storage
-from clrt.renderer.renderer import Renderer
+from clrt.figure.rendering import Renderer
 from clrt.viewer.painter import Painter, Stage
 from clrt.viewer.session import Change, Pick, Session, Shown
 from clrt.viewer.subject import Subject

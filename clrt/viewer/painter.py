@@ -16,8 +16,8 @@ from msgspec.structs import replace
 from PIL import Image
 
 from clrt.errors import ClrtError
+from clrt.figure.rendering import Array, Renderer
 from clrt.files import image
-from clrt.renderer.renderer import Array, Renderer
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Pick, Session, Shot, Shown
 

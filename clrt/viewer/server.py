@@ -20,7 +20,7 @@ from websockets.sync.server import Server, ServerConnection, serve
 
 from clrt import storage
 from clrt.errors import RequestError
-from clrt.renderer.renderer import Renderer
+from clrt.figure.rendering import Renderer
 from clrt.viewer.painter import Painter, Stage
 from clrt.viewer.session import MESSAGES, Session
 

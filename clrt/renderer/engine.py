@@ -1,12 +1,10 @@
-"""Renderer: a device, its programs and a scene's buffers, which together make a film."""
+"""Engine: a device, its programs and a scene's buffers, which together make a film."""
 
-import operator
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, overload
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -14,13 +12,12 @@ from numpy.typing import DTypeLike, NDArray
 
 from clrt import storage
 from clrt.errors import DeviceError, DeviceWarning, LinkError, RequestError
-from clrt.figure.resolver import Resolver
-from clrt.files.scenefile import as_scene
 from clrt.film import develop
 from clrt.film.decor import decorations
 from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
 from clrt.renderer import pack
+from clrt.renderer.checks import Passes, Region, check_passes, check_region, check_size, film_dtype
 from clrt.renderer.dispatch import Exposer, Program, quiet
 from clrt.renderer.pack import LANES, PRECISIONS, Features, FilmKind, Precision
 from clrt.scene.scene import Scene
@@ -28,38 +25,12 @@ from clrt.scene.scene import Scene
 if TYPE_CHECKING:
     import pyopencl as cl
 
-Region: TypeAlias = tuple[int, int, int, int]
 Array: TypeAlias = NDArray[Any]
-Passes: TypeAlias = dict[str, Array]
-MAX_SIDE = 1 << 24  # pixels of a row or a column that float32 can number
 
 
-class Options(TypedDict, total=False):
-    """What render() takes beside a scene, a size and passes."""
-
-    dtype: DTypeLike | None
-    region: Region | None
-    alpha: bool | None
-    out: Array | None
-    progress: Callable[[int], object] | None
-
-
-class Renderer(AbstractContextManager["Renderer"]):
-    """Renders scenes on one device, keeping what was compiled.
-
-    Threads can share one, which renders one picture at a time, or have one each.
-
-    Args:
-        precision: "robust" (float32, the split formula), "literal" (float32, the paper's
-            formulas as they stand) or "double" (float64).
-        lanes: pixels that a work-item traces in lock step, one of LANES; default: 16 on a CPU,
-            else 1. If a device cannot compile so many, fewer are taken, with a DeviceWarning.
-        device: part of a device's or platform's name; default: the first CPU.
-        threads: for PoCL, before OpenCL's first use in this process; default: every core.
-
-    Raises:
-        DeviceError: there is no such device, or it lacks what `precision` needs.
-    """
+class Engine:
+    """Renders scenes on one device, keeping what was compiled: see clrt.Renderer, which reads the
+    files that a scene names."""
 
     def __init__(
         self,
@@ -94,10 +65,12 @@ class Renderer(AbstractContextManager["Renderer"]):
             )
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._exposer = Exposer(self._queue, precision)
-        self._resolver = Resolver()
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.kernel_seconds = 0.0
         """How long kernels ran for the last picture, by the device's own clock."""
+
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(self, *error: object) -> None:
         self.close()
@@ -118,97 +91,35 @@ class Renderer(AbstractContextManager["Renderer"]):
         except cl.Error as error:
             raise DeviceError(f"{label(self.device)} cannot do this: {error}") from None
 
-    @overload
-    def render(
-        self,
-        scene: Scene | str | Path,
-        width: int,
-        height: int,
-        *,
-        passes: None = None,
-        **options: Unpack[Options],
-    ) -> Array: ...
-
-    @overload
-    def render(
-        self,
-        scene: Scene | str | Path,
-        width: int,
-        height: int,
-        *,
-        passes: Sequence[str],
-        **options: Unpack[Options],
-    ) -> tuple[Array, Passes]: ...
-
-    def render(
-        self,
-        scene: Scene | str | Path,
-        width: int,
-        height: int,
-        *,
-        dtype: DTypeLike | None = None,
-        region: Region | None = None,
-        alpha: bool | None = None,
-        passes: Sequence[str] | None = None,
-        out: Array | None = None,
-        progress: Callable[[int], object] | None = None,
-    ) -> Array | tuple[Array, Passes]:
-        """Renders a picture.
-
-        Args:
-            scene: a scene, or what load_scene() takes.
-            width, height: of the whole picture, pixels.
-            dtype: float32, the default, gives linear colours, not clipped; uint8 and uint16 give
-                colours clipped to [0, 1] on the curve of the scene's film, times 255 or 65535,
-                rounded.
-            region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
-                y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
-            alpha: whether the picture has a fourth channel in place of the background: how much of
-                a pixel shows a sphere. Floats are then premultiplied, integers straight. Default:
-                if `out` has four channels, or the scene's film is transparent.
-            passes: which of "depth", "normal" and "id" are wanted beside it, at the pixels' middle.
-            out: a film to fill, of the shape that is returned, float32, uint8 or uint16, of any
-                strides.
-            progress: called with the number of rows just finished. It may raise, which ends the
-                picture.
-
-        Returns:
-            (height, width, 3 or 4) of dtype, or (y1 - y0, x1 - x0, 3 or 4): `out`, or an array of
-            the caller's own, whose memory is taken again when nobody has a reference to it any
-            more. With passes, that and a dict of them: "depth" (height, width) float32, world units
-            along the ray, infinity where there is nothing; "normal" (height, width, 3) float32,
-            outwards in the world, 0 where there is none; "id" (height, width) int32, the index of
-            the sphere, -1 where there is none.
-
-        Raises:
-            RequestError: there is no such scene, size, region, dtype or pass, or `out` is not so.
-            OutputError: the film does not fit into memory.
-            DeviceError: the device fails.
-        """
-        check_process()
-        scene = as_scene(scene)
-        pixel, names = film_dtype(dtype, out), check_passes(passes)
-        if alpha is None:
-            alpha = scene.film.transparent or (out is not None and out.shape[2:] == (4,))
-        with self._lock, self._errors():
-            scene = self._resolver.scene(scene)
-            image, found = self._picture(
-                scene, (width, height), pixel, bool(alpha), names, region, out, progress
-            )
-        return image if names is None else (image, found)
-
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
         check_process()
         with self._lock, self._errors():
             box = 0, 0, *check_size(width, height)
-            scene = self._resolver.scene(scene)
+            _check_read(scene)
             used = self._programs_of(scene, "paths")
             arguments = self._exposer.arguments(scene, width, height, used[0], self.kernel_seconds)
             exposed, self.kernel_seconds = self._exposer.exposed(
                 used, scene, arguments, (width, height), box
             )
             return exposed[..., 0]
+
+    def picture(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        dtype: np.dtype[Any],
+        alpha: bool,
+        names: Sequence[str] | None,
+        region: Region | None,
+        out: Array | None,
+        progress: Callable[[int], object] | None,
+    ) -> tuple[Array, Passes]:
+        """A picture and its passes: see Renderer.render()."""
+        check_process()
+        _check_read(scene)
+        with self._lock, self._errors():
+            return self._picture(scene, size, dtype, alpha, names, region, out, progress)
 
     def _picture(
         self,
@@ -282,7 +193,7 @@ class Renderer(AbstractContextManager["Renderer"]):
         check_process()
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
-            scene = self._resolver.scene(scene)
+            _check_read(scene)
             for kind in exposures(scene, film_dtype(dtype), alpha, check_passes(passes)):
                 self._programs_of(scene, kind)
 
@@ -331,6 +242,16 @@ def _made(context: "cl.Context", device: "cl.Device", needed: Features) -> "cl.P
     return program.loaded(context, device, binary)
 
 
+def _check_read(scene: Scene) -> None:
+    """Finds out whether all that a scene shows is in it.
+
+    Raises:
+        RequestError: its particles are still in their files.
+    """
+    if scene.particles:
+        raise RequestError("particles: expected none that are in files: clrt.Renderer reads them")
+
+
 def default_lanes(device: "cl.Device") -> int:
     """16 on a CPU whatever its vectors' width: wider packets than those have more to do at a time,
     which hides latency (benchmarks/NOTES.md)."""
@@ -353,97 +274,3 @@ def noise(scene: Scene) -> int:
     """How far pixels share their noise, see film.blur(): there is none where nothing is drawn at
     random."""
     return develop.blur(scene.film, scene.samples) if scene.is_random else 0
-
-
-def film_dtype(dtype: DTypeLike | None, out: Array | None = None) -> np.dtype[Any]:
-    """What a picture's pixels are: float32, the default, uint8 or uint16.
-
-    Raises:
-        RequestError: they are neither, or are not those of `out`.
-    """
-    try:
-        wanted = np.dtype(np.float32 if dtype is None else dtype)
-    except TypeError:
-        wanted = np.dtype(object)
-    if out is not None:
-        if not isinstance(out, np.ndarray):
-            raise RequestError(f"out: expected an array, got {type(out).__name__}")
-        if dtype is not None and wanted != out.dtype:
-            raise RequestError(f"dtype: expected that of out, {out.dtype}, got {dtype!r}")
-        wanted = out.dtype
-    if wanted not in (np.float32, np.uint8, np.uint16):
-        got = wanted if dtype is None else repr(dtype)
-        raise RequestError(f"dtype: expected float32, uint8 or uint16, got {got}")
-    return wanted
-
-
-def check_passes(passes: Sequence[str] | None) -> Sequence[str] | None:
-    """Names of passes, each once; None stays so.
-
-    Raises:
-        RequestError: there is no such pass.
-    """
-    if passes is None:
-        return None
-    known = pack.PASSES.names or ()
-    wanted = [passes] if isinstance(passes, str) else list(passes)
-    for name in wanted:
-        if name not in known:
-            raise RequestError(f"passes: expected some of {', '.join(known)}, got {name!r}")
-    return list(dict.fromkeys(wanted))
-
-
-def check_size(width: int, height: int) -> tuple[int, int]:
-    """Whole numbers of pixels that float32 can count.
-
-    Raises:
-        RequestError: they are not.
-    """
-    try:
-        size = operator.index(width), operator.index(height)
-    except TypeError:
-        size = 0, 0
-    if not all(1 <= pixels <= MAX_SIDE for pixels in size):
-        expected = f"1 to {MAX_SIDE} pixels each way"
-        raise RequestError(f"size: expected {expected}, got {width}x{height}")
-    return size
-
-
-def check_region(region: Region | None, width: int, height: int) -> Region:
-    """The region, or all of the picture.
-
-    Raises:
-        RequestError: it is empty or not inside the picture.
-    """
-    if region is None:
-        return 0, 0, width, height
-    try:
-        left, top, right, bottom = map(operator.index, region)
-        good = 0 <= left < right <= width and 0 <= top < bottom <= height
-    except (TypeError, ValueError):
-        good = False
-    if not good:
-        expected = f"X0 Y0 X1 Y1 with 0 <= X0 < X1 <= {width} and 0 <= Y0 < Y1 <= {height}"
-        raise RequestError(f"region: expected {expected}, got {region}")
-    return left, top, right, bottom
-
-
-def render(
-    scene: Scene | str | Path,
-    width: int,
-    height: int,
-    *,
-    dtype: DTypeLike | None = None,
-    region: Region | None = None,
-    alpha: bool | None = None,
-    precision: Precision = "robust",
-    lanes: int | None = None,
-    device: "str | cl.Device | None" = None,
-    threads: int | None = None,
-) -> Array:
-    """Renders one picture, see Renderer and its render().
-
-    For more than one picture, or for passes, keep a Renderer, which compiles once.
-    """
-    with Renderer(precision=precision, lanes=lanes, device=device, threads=threads) as renderer:
-        return renderer.render(scene, width, height, dtype=dtype, region=region, alpha=alpha)

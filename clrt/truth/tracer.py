@@ -60,17 +60,6 @@ class Trace:
     """The index of the sphere; -1 where there is none."""
 
 
-def render(
-    scene: Scene,
-    width: int,
-    height: int,
-    truth: Truth = "exact",
-    dtype: DTypeLike = np.float64,
-) -> Array:
-    """The true picture: (height, width, 3) of dtype, linear, not clipped."""
-    return trace(scene, width, height, truth, dtype).image
-
-
 def trace(
     scene: Scene,
     width: int,
@@ -100,9 +89,7 @@ def trace(
     if truth == "seed" and (key := beyond_paper(scene)):
         raise RequestError(f"truth: 'seed' knows no {key}, expected 'exact'")
     if scene.particles:
-        from clrt.figure.resolver import resolved
-
-        scene = resolved(scene)
+        raise RequestError("particles: expected none that are in files: clrt.reference reads them")
     tracer = _Tracer(scene, truth, np.dtype(dtype))
     x, y = _screen(scene.camera, width, height, tracer.dtype)
     right, up = (np.array(offset) / np.maximum([width - 1, height - 1], 1)).astype(tracer.dtype)

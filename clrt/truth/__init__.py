@@ -1,0 +1,1 @@
+"""Truth: the float64 pictures that the kernels are held against."""
