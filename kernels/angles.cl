@@ -3,7 +3,7 @@
 #define HALF_PI REAL(1.5707963267948966)
 #define PI REAL(3.141592653589793)
 
-#ifdef DOUBLE
+#if DOUBLE
 static void sine_cosine(reals angle, reals *sine, reals *cosine) {
     *sine = sin(angle);
     *cosine = cos(angle);

@@ -2,7 +2,7 @@
 //
 // Compiled only with TREE. clrt/opencl/tree.py runs these: `split` once for a list of spheres, in
 // world units; `fit_leaves` and `fit_nodes` for each place of the camera.
-#ifdef TREE
+#if TREE
 
 // The shape's numbers that a build needs. The root has `root` children, the nodes below it 16 each,
 // down `levels` levels; the lowest nodes have `leaves` leaves each. So leaves are equally full.

@@ -13,7 +13,7 @@
 // rays go straight through it, from before everything. The origin is then on the camera's axis, just
 // before what is seen of the spheres that are no larger than the picture.
 
-// 68 bytes as float32, 128 as float64. The screen stands one unit ahead (ORTHOGRAPHIC: where the
+// 76 bytes as float32, 144 as float64. The screen stands one unit ahead (ORTHOGRAPHIC: where the
 // origin is).
 typedef struct {
     real step[2];   // half the distance of two neighbouring pixels of a row, of a column
@@ -22,119 +22,83 @@ typedef struct {
     real right[3];  // the camera's axes in the world, and with TREE in the scene's space
     real up[3];
     real back[3];
-    real unit;  // of length here, in the world's
-#ifdef LENS
-    real aperture;   // its radius
+    real unit;       // of length here, in the world's
+    real aperture;   // LENS: its radius
     real inv_focus;  // 1 / how far away what is sharp is
-#endif
 } Camera;
 
 // A packet of camera rays: through (x, y, -1), x of each lane.
 typedef struct {
-    reals x;
-#if defined(TREE) || defined(LENS)
-    reals y;
-#elif defined(REFINE)
-    reals y;
-    real left, right, bottom, top;  // of the pixel
-#else
-    real y, left, right;  // of the first and the last lane
-#endif
+    reals x, y;
+    real left, right, bottom, top;  // of all lanes; REFINE: of the pixel
 } Pixels;
 
 // Whether a rectangle of the screen, see Sphere, shows in the packet.
-#if defined(REFINE)
-#define SHOWS(at, bounds)                                                            \
-    (at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.top >= (bounds)[2]) & \
-        (at.bottom <= (bounds)[3])
-#else
-#define SHOWS(at, bounds)                                                          \
-    (at.right >= (bounds)[0]) & (at.left <= (bounds)[1]) & (at.y >= (bounds)[2]) & \
-        (at.y <= (bounds)[3])
-#endif
+static bool shows(Pixels at, __global const real *bounds) {
+    return (at.right >= bounds[0]) & (at.left <= bounds[1]) & (at.top >= bounds[2]) &
+           (at.bottom <= bounds[3]);
+}
 
 // Pixel (row i, column j) lies at x = linspace(-w, w, width)[j], y = linspace(h, -h, height)[i]
 // (paper, section 11.1). 2 j - last is exact up to 2^24 pixels, so x and y are off by 2^-23 of
 // themselves and the picture is symmetric to the last bit; linspace of one number is its start,
 // here as well.
-#ifndef REFINE
 static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     int first = 2 * column - camera->last[0];
     Pixels at;
-#ifdef TREE
     at.x = TO_REALS(2 * (LANE % ROW) + (ints)(first)) * camera->step[0];
     at.y = TO_REALS((ints)(camera->last[1] - 2 * row) - 2 * (LANE / ROW)) * camera->step[1];
-#else
-    at.x = TO_REALS(2 * LANE + (ints)(first)) * camera->step[0];
-    at.y = (camera->last[1] - 2 * row) * camera->step[1];
-#ifndef LENS
     at.left = first * camera->step[0];
-    at.right = (first + 2 * (LANES - 1)) * camera->step[0];
-#endif
-#endif
+    at.right = (first + 2 * (ROW - 1)) * camera->step[0];
+    at.top = (camera->last[1] - 2 * row) * camera->step[1];
+    at.bottom = (camera->last[1] - 2 * (row + ROWS - 1)) * camera->step[1];
+    if (ROWS == 1) at.y = at.top;
     return at;
 }
-#endif
 
-#ifdef GATHER
 // Moved, by parts of half a pixel.
 static Pixels moved(Pixels at, __global const Camera *camera, real right, real up) {
     at.x += right * camera->step[0];
     at.y += up * camera->step[1];
-#if !defined(TREE) && !defined(LENS)
     at.left += right * camera->step[0];
     at.right += right * camera->step[0];
-#endif
+    at.bottom += up * camera->step[1];
+    at.top += up * camera->step[1];
+    if (ROWS == 1) at.y = at.top;
     return at;
 }
-#endif
 
-#ifdef REFINE
 // Points of one pixel, parts of half a pixel from its middle.
 static Pixels points_of(__global const Camera *camera, int column, int row, reals right, reals up) {
     int x = 2 * column - camera->last[0], y = camera->last[1] - 2 * row;
     Pixels at;
     at.x = (right + x) * camera->step[0];
     at.y = (up + y) * camera->step[1];
-#ifndef TREE
     at.left = (x - 1) * camera->step[0];
     at.right = (x + 1) * camera->step[0];
     at.bottom = (y - 1) * camera->step[1];
     at.top = (y + 1) * camera->step[1];
-#endif
     return at;
 }
-#endif
-
-#ifdef ORTHOGRAPHIC
 
 // Where a line enters a sphere: smaller_root() of either sign.
 static reals entry(Quadratic q) {
-#ifdef LITERAL
-    return smaller_root(q);
-#else
+    if (LITERAL) return smaller_root(q);
     reals half_chord = sqrt(q.delta);
     return PICK(q.b < 0, q.c / (half_chord - q.b), -q.b - half_chord);
-#endif
 }
 
-#ifndef TREE
 // nearest() for lines that have no start.
-static Hit visible(Pixels at, Ray line, __global const Sphere *spheres, int sphere_count) {
+static Hit visible_along(Pixels at, Ray line, __global const Sphere *spheres, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
-#ifndef LITERAL
-        if (!(SHOWS(at, spheres[s].screen_bounds))) continue;
-#endif
+        if (!LITERAL && !shows(at, spheres[s].screen_bounds)) continue;
         Quadratic q = quadratic(line, spheres + s);
         ints met = q.delta > 0;
         if (ANY(met)) hit = closer(hit, met, entry(q), s);
     }
     return hit;
 }
-#endif
-
-#elif !defined(TREE) && !defined(LENS)
 
 // nearest() for rays from the camera. Their common origin is 0, so the direction D = (x, y, -1)
 // need not be of unit length: with a = |D|^2 and b = D.C the roots are those of
@@ -145,7 +109,7 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     for (int s = 0; s < sphere_count; s++) {
         __global const Sphere *sphere = spheres + s;
         // The camera is not inside it, and it can show.
-        if (!((sphere->camera_c > 0) & SHOWS(at, sphere->screen_bounds))) continue;
+        if (!((sphere->camera_c > 0) & shows(at, sphere->screen_bounds))) continue;
         real x = sphere->anchor[0], y = sphere->anchor[1], z = sphere->anchor[2];
         reals b, delta;
         if (sphere->giant) {
@@ -165,13 +129,9 @@ static Hit visible(Pixels at, reals a, __global const Sphere *spheres, int spher
     return hit;
 }
 
-#endif
-
-#if defined(TREE) || defined(FILM_PASSES)
 // From camera space, where x points right, y up and z back, to the world's axes.
 static Vector in_world(__global const Camera *camera, reals x, reals y, reals z) {
     Vector v = scaled(splat(camera->back), z);
     v = along(v, x, splat(camera->right));
     return along(v, y, splat(camera->up));
 }
-#endif

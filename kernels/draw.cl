@@ -6,8 +6,7 @@
 // sequences, the same in all pixels but turned by a hash of the pixel, of what they are for and of the
 // bounce (Cranley and Patterson, Randomization of Number Theoretic Methods for Multiple Integration,
 // 1976): so a picture is the same whoever makes it.
-#if defined(OCCLUSION) || defined(LENS) || defined(GLOSS) || defined(INDIRECT)
-#define RANDOM
+#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT)
 
 typedef LANES_OF(uint) uints;
 
@@ -47,9 +46,7 @@ static uints hash_of_pixels(int column, int row) {
 
 // With a tree the lanes share what they draw of skies, lights and lenses: so their rays stay a beam,
 // which is 3 to 4 times as fast. Below 16 samples the packets show in the noise.
-#if defined(TREE) && LANES > 1
-#define SHARES
-#endif
+#define SHARES (TREE && LANES > 1)
 static Pair drawn(Draw draw, int what, int which, int k) {
     int bounce = min(draw.bounce, BOUNCES - 1);
     __global const uint2 *pairs = draw.table + draw.samples * (bounce * SKY + what);
@@ -59,12 +56,10 @@ static Pair drawn(Draw draw, int what, int which, int k) {
         index = draw.index * SKY_RAYS + k;
     }
     uints hash = mixed(draw.pixel + (uint)(what + 8 * (which + 4096 * draw.bounce)));
-#ifdef SHARES
     __private uints all[1] = {hash};
-    if (what != MIRROR && what != CHOICE) hash = (uints)(((__private uint *)all)[0]);
-#endif
+    if (SHARES && what != MIRROR && what != CHOICE) hash = (uints)(((__private uint *)all)[0]);
     uints u = hash + pairs[index].x, v = mixed(hash) + pairs[index].y;
-#ifdef DOUBLE
+#if DOUBLE
     Pair pair = {TO_REALS(u) * 2.3283064365386963e-10, TO_REALS(v) * 2.3283064365386963e-10};
 #else
     Pair pair = {TO_REALS(u >> 8) * 5.9604645e-8f, TO_REALS(v >> 8) * 5.9604645e-8f};
@@ -97,7 +92,6 @@ static Vector above_surface(Vector normal, Pair pair) {
     return tilted(normal, pair.u / (1 + cosine), pair.v);
 }
 
-#ifdef GLOSS
 // A mirrored direction, anywhere in a cone of that versine about it. What would go into the surface is
 // mirrored by it.
 static Vector blurred(Vector d, Vector normal, reals spread, Pair pair) {
@@ -105,5 +99,3 @@ static Vector blurred(Vector d, Vector normal, reals spread, Pair pair) {
     reals into = dot3(d, normal);
     return along(d, -2 * PICK(into < 0, into, 0), normal);
 }
-#endif
-#endif

@@ -35,18 +35,15 @@
 
 // What a packet of camera rays brings.
 typedef struct {
-#ifdef FILM_PASSES
-    ints sphere;
-    reals depth;
-    Vector normal;
-#else
     Vector color;
     reals alpha;  // 1 where the camera sees a sphere, else 0
     ints path;    // a hash of what was met
-#endif
+    ints sphere;  // FILM_PASSES: what the camera sees first, how far away, and its normal
+    reals depth;
+    Vector normal;
 } Sample;
 
-#if defined(FILM_PATHS)
+#if FILM_PATHS
 
 typedef uint channel;
 #define CHANNELS 1
@@ -66,7 +63,7 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
     for (int i = 0; i < ROW && i < count; i++) pixels[i] = (uint)each[i];
 }
 
-#elif defined(FILM_PASSES)
+#elif FILM_PASSES
 
 // 20 bytes.
 typedef struct {
@@ -95,7 +92,7 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
     }
 }
 
-#elif defined(FILM_ALPHA)
+#elif FILM_ALPHA
 
 typedef float channel;
 #define CHANNELS 4
@@ -115,7 +112,7 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
         for (int k = 0; k < 4; k++) pixels[4 * i + k] = rgba[k * LANES + i];
 }
 
-#elif defined(FILM_BYTES)
+#elif FILM_BYTES
 
 typedef uchar channel;
 #define CHANNELS 3
@@ -128,7 +125,7 @@ typedef struct {
 static ints developed(reals c) {
     c = PICK(c > 0, c, 0);
     c = PICK(c < 1, c, 1);
-#ifdef DOUBLE
+#if DOUBLE
     return AS_INTS(c * 255 + 6755399441055744.0) & 255;
 #else
     return AS_INTS(c * 255 + 12582912.0f) & 255;
@@ -207,11 +204,9 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
 
 #endif
 
-#ifdef HASHED
 // Stores the paths of a row of the packet, as many as `count`.
 static void store_paths(ints path, int row, __global uint *paths, int count) {
     __private ints all[1] = {path};
     __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) paths[i] = (uint)each[i];
 }
-#endif

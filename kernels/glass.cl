@@ -4,7 +4,6 @@
 // inside of at once. A ray knows which they are. Of those it meets the far side, of the others the
 // near side. The medium of a point is the smallest transparent sphere around it, whichever way a ray
 // came there.
-#ifdef NEST
 
 // 12 bytes as float32, 16 as float64. A transparent sphere that the camera is inside of.
 typedef struct {
@@ -53,9 +52,9 @@ static void leave(Inside *inside, ints mask, ints sphere) {
         ints number = 0, order = 0;
         reals ior = 1;
         if (i + 1 < NEST) {
-            number = inside->sphere[(i + 1) % NEST];
-            order = inside->order[(i + 1) % NEST];
-            ior = inside->ior[(i + 1) % NEST];
+            number = inside->sphere[(i + 1) % MAX_INSIDE];
+            order = inside->order[(i + 1) % MAX_INSIDE];
+            ior = inside->ior[(i + 1) % MAX_INSIDE];
         }
         inside->sphere[i] = PICK_INT(found, number, inside->sphere[i]);
         inside->order[i] = PICK_INT(found, order, inside->order[i]);
@@ -81,8 +80,7 @@ static reals way_out(Quadratic q, ints from_itself) {
     return PICK(from_itself, -2 * q.b, larger);
 }
 
-#ifndef TREE
-// The far sides of the spheres that rays are inside of, if they come before `hit`.
+// The far sides of the spheres of a list that rays are inside of, if they come before `hit`.
 static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int sphere_count) {
     for (int s = 0; s < sphere_count; s++) {
         ints in = is_inside(ray, s);
@@ -91,14 +89,11 @@ static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int spher
     }
     return hit;
 }
-#endif
 
 typedef struct {
     Vector direction;  // of the ray that goes on
     ints total;        // where it is mirrored: it stays in its medium
-#ifdef SPLIT
-    reals mirrored;  // Fresnel's part of unpolarised light that is
-#endif
+    reals mirrored;    // SPLIT: Fresnel's part of unpolarised light that is
 } Refraction;
 
 // A ray of direction d that meets a surface between two media, m its normal towards the ray.
@@ -115,12 +110,10 @@ static Refraction refracted(Vector d, Vector m, reals n1, reals n2) {
     reals root = sqrt(PICK(found.total, 0, k)), sum = eta * c + root;
     Vector through = along(scaled(d, eta), PICK(sum > 0, bend / sum, 0), m);
     found.direction = pick3(found.total, along(d, 2 * c, m), through);
-#ifdef SPLIT
-    reals across = (eta * c - root) / sum, aligned = (c - eta * root) / (c + eta * root);
-    reals part = (across * across + aligned * aligned) / 2;
-    found.mirrored = PICK(part < 1, part, 1);
-#endif
+    if (SPLIT) {
+        reals across = (eta * c - root) / sum, aligned = (c - eta * root) / (c + eta * root);
+        reals part = (across * across + aligned * aligned) / 2;
+        found.mirrored = PICK(part < 1, part, 1);
+    }
     return found;
 }
-
-#endif

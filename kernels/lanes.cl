@@ -12,6 +12,9 @@
 // are only joined by &, | and !, and read by PICK and ANY. Never multiply by one: the lanes that a
 // mask rules out may hold NaN, and 0 * NaN is NaN.
 
+// A feature is 0 or 1, and may stand on either side of an &&.
+#pragma clang diagnostic ignored "-Wconstant-logical-operand"
+
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 #ifndef __has_builtin
@@ -23,7 +26,7 @@
 #define REDUCES
 #endif
 
-#ifdef DOUBLE
+#if DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
 #define REAL(literal) literal
@@ -61,7 +64,7 @@ typedef float real;
 
 // The pixels of a packet in a row. With a tree a packet is as square as can be, which keeps it
 // narrow for longest; else it is a row, which is stored at once.
-#if !defined(TREE) || LANES < 4
+#if !TREE || LANES < 4
 #define ROW LANES
 #elif LANES == 4
 #define ROW 2
@@ -127,7 +130,7 @@ HALVED(total, 16, 8, a + b)
 // 1 / sqrt(a). The plain way is off by 1 unit in the last place, and by far the slowest operation
 // of the kernel; AVX-512's estimate (14 bits) with a step of Newton's is off by 2.
 static reals inverse_sqrt(reals a) {
-#if defined(__AVX512F__) && LANES == 16 && !defined(DOUBLE) && \
+#if defined(__AVX512F__) && LANES == 16 && !DOUBLE && \
     __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
     reals r = __builtin_ia32_rsqrt14ps512_mask(a, (reals)(0), (ushort)-1);
     return r * (1.5f - (0.5f * a * r) * r);

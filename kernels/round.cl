@@ -4,7 +4,6 @@
 // directions, and so does each sphere before it. The part of a cap that another one covers has a
 // closed form, so no samples and no noise are needed. Of several spheres the parts are added: exact
 // where their caps do not overlap inside of the light's, else too dark by what they share.
-#ifdef ROUND
 
 // A light as seen from a point: a cap around the direction `to`, with the half angle `angle`, below
 // 90 degrees.
@@ -57,20 +56,13 @@ static reals part_covered(Cap cap, Vector to, reals b, reals versine) {
 // any order; what glass takes of it, see veiled().
 typedef struct {
     ints hidden;
-#ifdef NEST
     ints veil;
-#endif
 } Cover;
 
 // Adds a sphere: f leads to its centre, c = |f|^2 - radius^2. Where `met` it can be in the way. It is
 // before the light if along a direction that both have in common its chord is nearer.
 static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, reals c,
-                     ints around_light
-#ifdef NEST
-                     ,
-                     ints takes
-#endif
-) {
+                     ints around_light, ints takes) {
     reals ahead = dot3(f, cap.to), tangent = root(c);
     // cos(g) > cos(a + b), with no division
     met &= (c > 0) & (ahead > cap.cosine * tangent - cap.sine * radius);
@@ -90,12 +82,12 @@ static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, rea
     sine_cosine(g - (from + until) / 2, &t, &far);
     met &= around_light | (distance * far < cap.distance * near);
     part = PICK(met, part, 0);
-#ifdef NEST
-    reals left = 1 - part * (1 - exp2(TO_REALS(takes) * (-1 / VEIL)));
-    ints glass = takes < OPAQUE;
-    cover.veil = veiled(cover.veil, met & glass, TO_INTS(log2(left) * -VEIL + REAL(0.5)));
-    part = PICK(glass, 0, part);
-#endif
+    if (NEST) {
+        reals left = 1 - part * (1 - exp2(TO_REALS(takes) * (-1 / VEIL)));
+        ints glass = takes < OPAQUE;
+        cover.veil = veiled(cover.veil, met & glass, TO_INTS(log2(left) * -VEIL + REAL(0.5)));
+        part = PICK(glass, 0, part);
+    }
     ints hidden = cover.hidden + TO_INTS(part * VEIL + REAL(0.5));
     cover.hidden = PICK_INT(hidden < (INTEGER)VEIL, hidden, (INTEGER)VEIL);
     return cover;
@@ -129,26 +121,19 @@ static reals mean_cosine(Cap cap, reals cosine) {
 // What the spheres of a list cover. ray: from the point, its direction does not count; ids: their
 // places in the scene's list, 0 if they are that list.
 static Cover covered_by(Ray ray, Cap cap, ints on, __global const uchar *encloses,
-                        __global const Sphere *spheres, __global const int *ids, int sphere_count) {
+                        __global const Sphere *spheres, __global const int *ids,
+                        __global const Glass *glass, int sphere_count) {
     Cover cover = {0};
     for (int i = 0; i < sphere_count; i++) {
         __global const Sphere *sphere = spheres + i;
         int s = ids ? ids[i] : i;
         ints met = on & (ray.leaves != s);
-#ifdef NEST
-        met &= !is_inside(ray, s);
-#endif
+        if (NEST) met &= !is_inside(ray, s);
         Vector g = minus(ray.origin, splat(sphere->anchor)), m = splat(sphere->offset);
         reals c = dot3(g, along(g, 2, m)) + sphere->c0;
         Vector f = scaled(plus(g, m), -1);
-        cover = covered(cover, cap, met, f, 1 / sphere->inv_radius, c, -(ints)(encloses[i])
-#ifdef NEST
-                                                                           ,
-                        (ints)(sphere->glass.veil)
-#endif
-        );
+        cover = covered(cover, cap, met, f, 1 / sphere->inv_radius, c, -(ints)(encloses[i]),
+                        NEST ? glass[s].veil : 0);
     }
     return cover;
 }
-
-#endif

@@ -9,7 +9,7 @@
 // after Owen, so that n of them miss the share of a pixel that lies beyond a straight edge by about
 // 0.3 n^-0.75 (rms, tests/test_samples.py).
 
-#ifdef REFINE
+#if REFINE
 
 // 16 pixels of one row that each have a neighbour of another path, as bits. From `middle`, pointing at
 // the first, the rows above and below are `above` and `below` numbers away: 0 where there are none.
@@ -59,8 +59,6 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
 
 #endif
 
-#if defined(GATHER) || defined(REFINE)
-
 // How many samples there are between two looks whether they are enough.
 #define BATCH 16
 
@@ -81,55 +79,35 @@ static Sum sum_of(Sum a, Sum b) {
     return sum;
 }
 
-#ifdef GATHER
-
-// The mean of several samples of each pixel of a packet.
-static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points
-#ifdef RANDOM
-                       ,
-                       __global const uint2 *table
-#endif
-) {
+// GATHER: the mean of several samples of each pixel of a packet.
+static Sample gathered(const Scene *scene, int column, int row, int samples,
+                       __global const real *points, __global const uint2 *table) {
     Sum sum = {vector(0, 0, 0), 0};
-#ifdef RANDOM
     Draw draw = {table, (samples + BATCH - 1) / BATCH * BATCH, 0, hash_of_pixels(column, row), 0};
-#endif
     reals count = 0;
     ints going = count >= 0, path = 0;
-    Pixels at = pixels_at(scene.camera, column, row);
+    Pixels at = pixels_at(scene->camera, column, row);
     for (int start = 0; start < samples && ANY(going); start += BATCH) {
         Sum block = {vector(0, 0, 0), 0};
         int end = min(start + BATCH, samples);
         for (int i = start; i < end; i++) {
-            Pixels here = moved(at, scene.camera, points[2 * i], points[2 * i + 1]);
-#ifdef RANDOM
+            Pixels here = moved(at, scene->camera, points[2 * i], points[2 * i + 1]);
             draw.index = i;
             Sample sample = traced(scene, here, draw);
-#else
-            Sample sample = traced(scene, here);
-#endif
             block = with(block, sample, going);
-#ifdef HASHED
             path = path * 16777619 + sample.path;
-#endif
         }
         sum = sum_of(sum, block);
         count += PICK(going, end - start, 0);
-#ifdef RANDOM
         // That no sample has met what is rare is no sign that it is not there. Where there is nothing
         // to see nothing is rare, but for a lens.
-#ifndef LENS
-        going &= sum.alpha > 0;
-#endif
-#endif
+        if (RANDOM && !LENS) going &= sum.alpha > 0;
     }
     // Not times 1 / count: of what is 1 everywhere the mean is 1, to the bit.
     Sample mean = {vector(sum.color.x / count, sum.color.y / count, sum.color.z / count),
                    sum.alpha / count, path};
     return mean;
 }
-
-#else
 
 // Whether the mean of n samples that lie so far apart may be off by more than 1/255: an edge that
 // parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
@@ -139,8 +117,9 @@ static real range_that_is_enough(int n) {
     return root * sqrt(root) / ENOUGH;
 }
 
-// The mean of several samples of one pixel.
-static Sample gathered(Scene scene, int column, int row, int samples, __global const real *points) {
+// REFINE: the mean of several samples of one pixel.
+static Sample refined(const Scene *scene, int column, int row, int samples,
+                      __global const real *points) {
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
     int end = 0;
@@ -150,7 +129,8 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
             ints on = i + LANE < samples;
             reals right = *(__global const reals *)(points + 2 * i);
             reals up = *(__global const reals *)(points + 2 * i + LANES);
-            Sample sample = traced(scene, points_of(scene.camera, column, row, right, up));
+            Sample sample =
+                traced(scene, points_of(scene->camera, column, row, right, up), (Draw){0});
             block = with(block, sample, on);
             low = lower3(low, pick3(on, sample.color, low));
             high = higher3(high, pick3(on, sample.color, high));
@@ -160,11 +140,9 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         real range = JOIN(most, LANES)(high.x) - JOIN(least, LANES)(low.x);
         range = max(range, JOIN(most, LANES)(high.y) - JOIN(least, LANES)(low.y));
         range = max(range, JOIN(most, LANES)(high.z) - JOIN(least, LANES)(low.z));
-#ifdef FILM_ALPHA
         // A black ball before nothing has an edge as well. Of one sample alpha is 0 or 1.
         real seen = JOIN(total, LANES)(sum.alpha);
-        if (seen > 0 && seen < end) range = max(range, REAL(1.0));
-#endif
+        if (FILM_ALPHA && seen > 0 && seen < end) range = max(range, REAL(1.0));
         enough = !(range > range_that_is_enough(end));
     }
     Sample mean = {
@@ -173,6 +151,3 @@ static Sample gathered(Scene scene, int column, int row, int samples, __global c
         JOIN(total, LANES)(sum.alpha) / end, 0};
     return mean;
 }
-
-#endif
-#endif

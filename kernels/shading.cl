@@ -3,37 +3,23 @@
 // The host defines PHONG if a material has Phong's highlight, ATTENUATION if a light gets weaker with
 // distance, and SPOT if one shines into a cone (sections 2 and 3).
 
-// 8 bytes as float32, 16 as float64; with NEST 12 and 24 more, with GLOSS 4 and 8, with INDIRECT 12
-// and 24.
+// 36 bytes as float32, 72 as float64.
 typedef struct {
     real exponent;    // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
     real reflection;  // in [0, 1]
-#ifdef NEST
     real transmission, ior;
     real fresnel;  // 1: a part of what goes through is mirrored
-#endif
-#ifdef GLOSS
-    real spread;  // of mirrored rays: 1 - cosine of the largest angle that they are off by
-#endif
-#ifdef INDIRECT
+    real spread;   // of mirrored rays: 1 - cosine of the largest angle that they are off by
     real diffuse[3];
-#endif
 } Material;
 
-// 12 bytes as float32, 24 as float64; with ATTENUATION 16 and 32 more, with SPOT 20 and 40,
-// with ROUND 4 and 8. A point light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
+// 52 bytes as float32, 104 as float64. A point light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
 typedef struct {
     real position[3];
-#ifdef ATTENUATION
     real fade[3], strength;  // of its light strength / (fade[0] + fade[1] D + fade[2] D^2) is left
-#endif
-#ifdef SPOT
-    real axis[3];  // the way that its middle shines, of unit length
-    real edge[2];  // see cone()
-#endif
-#ifdef ROUND
-    real radius;  // 0: a point
-#endif
+    real axis[3];            // the way that its middle shines, of unit length
+    real edge[2];            // see cone()
+    real radius;             // 0: a point
 } Light;
 
 // 36 bytes as float32, 72 as float64. What a material makes of a light, linear RGB: the products of
@@ -49,38 +35,29 @@ typedef struct {
     reals horizon;  // as in Sphere
     reals exponent;
     reals reflection;
-#ifdef NEST
-    reals transmission, ior, fresnel;
-    ints order;
-#endif
-#ifdef GLOSS
-    reals spread;
-#endif
-#ifdef INDIRECT
-    Vector diffuse;
-#endif
+    reals transmission, ior, fresnel;  // NEST, as is
+    ints order;                        // of glass
+    reals spread;                      // GLOSS
+    Vector diffuse;                    // INDIRECT
 } Surface;
 
+// glass: NEST, the sphere's.
 static Surface surface_at(Vector point, __global const Sphere *sphere,
-                          __global const Material *materials) {
+                          __global const Material *materials, __global const Glass *glass) {
     __global const Material *material = materials + sphere->material;
     // Not point - centre: that of a giant is far, its anchor is near. The length is off by what the
     // point is, 2^-24 |point| / radius, as is the direction.
     Vector from_center = plus(minus(point, splat(sphere->anchor)), splat(sphere->offset));
     Surface surface = {scaled(from_center, sphere->inv_radius), sphere->horizon, material->exponent,
                        material->reflection};
-#ifdef NEST
-    surface.transmission = material->transmission;
-    surface.ior = material->ior;
-    surface.fresnel = material->fresnel;
-    surface.order = sphere->glass.order;
-#endif
-#ifdef GLOSS
-    surface.spread = material->spread;
-#endif
-#ifdef INDIRECT
-    surface.diffuse = splat(material->diffuse);
-#endif
+    if (NEST) {
+        surface.transmission = material->transmission;
+        surface.ior = material->ior;
+        surface.fresnel = material->fresnel;
+        surface.order = glass->order;
+    }
+    if (GLOSS) surface.spread = material->spread;
+    if (INDIRECT) surface.diffuse = splat(material->diffuse);
     return surface;
 }
 
@@ -88,23 +65,17 @@ static Surface pick_surface(ints mask, Surface yes, Surface no) {
     Surface surface = {pick3(mask, yes.normal, no.normal), PICK(mask, yes.horizon, no.horizon),
                        PICK(mask, yes.exponent, no.exponent),
                        PICK(mask, yes.reflection, no.reflection)};
-#ifdef NEST
     surface.transmission = PICK(mask, yes.transmission, no.transmission);
     surface.ior = PICK(mask, yes.ior, no.ior);
     surface.fresnel = PICK(mask, yes.fresnel, no.fresnel);
     surface.order = PICK_INT(mask, yes.order, no.order);
-#endif
-#ifdef GLOSS
     surface.spread = PICK(mask, yes.spread, no.spread);
-#endif
-#ifdef INDIRECT
     surface.diffuse = pick3(mask, yes.diffuse, no.diffuse);
-#endif
     return surface;
 }
 
 // (cosine^2)^exponent. Near 1 it is sine^2 that has the digits.
-#ifdef DOUBLE
+#if DOUBLE
 static reals power(reals cosine2, reals sine2, reals exponent) {
     reals log_cosine2 = PICK(sine2 < 0.5, log1p(-sine2), log(cosine2));
     return exp(exponent * log_cosine2);
@@ -144,34 +115,30 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
     reals along_normal = dot3(normal, h);
     reals inv_length = inverse_sqrt(dot3(h, h));
     reals cosine = along_normal * inv_length;
-#ifdef LITERAL
-    reals value = pow(cosine, 2 * exponent);
-#else
-    Vector aside = along(h, -along_normal, normal);
-    reals sine2 = dot3(aside, aside) * (inv_length * inv_length);
-    reals value = power(cosine * cosine, sine2, exponent);
-#endif
+    reals value;
+    if (LITERAL) {
+        value = pow(cosine, 2 * exponent);
+    } else {
+        Vector aside = along(h, -along_normal, normal);
+        reals sine2 = dot3(aside, aside) * (inv_length * inv_length);
+        value = power(cosine * cosine, sine2, exponent);
+    }
     return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
 }
 
-#ifdef NEST
 // What veiled() has left of a light.
 static reals unveiled(ints veil) {
     if (!ANY(veil != 0)) return 1;
     return PICK(veil < OPAQUE, exp2(TO_REALS(veil) * (-1 / VEIL)), 0);
 }
-#endif
 
-#ifdef ATTENUATION
 // What is left of a light at a distance, at most 2^50.
 static reals faded(__global const Light *light, reals distance) {
     reals weaker = light->fade[0] + distance * (light->fade[1] + distance * light->fade[2]);
     reals left = light->strength / weaker;
     return PICK(left < REAL(1125899906842624.0), left, REAL(1125899906842624.0));
 }
-#endif
 
-#ifdef SPOT
 // The part of a light that its cone leaves: 1 up to the inner angle, 0 from the outer one, between
 // them t^2 (3 - 2 t), with t linear in the cosine of the angle a from the axis. That is also linear in
 // h = |L + axis|^2 = 4 sin^2(a / 2), which keeps its digits where 1 - cos(a) has lost them: a cone of
@@ -183,24 +150,16 @@ static reals cone(__global const Light *light, Vector to_light) {
     t = PICK(t < 1, t, 1);
     return t * t * (3 - 2 * t);
 }
-#endif
 
-static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals specular) {
-    return along(along(splat(shade->ambient), diffuse, splat(shade->diffuse)), specular,
-                 splat(shade->specular));
-}
-
-#ifdef SPHERE_COLORS
-static Vector blinn_phong_of(__global const Shade *shade, reals diffuse, reals specular,
-                             Vector own) {
+// own: SPHERE_COLORS, the sphere's own colour, which multiplies its ambient and diffuse light.
+static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals specular, Vector own) {
     Vector term = along(splat(shade->ambient), diffuse, splat(shade->diffuse));
-    term = vector(term.x * own.x, term.y * own.y, term.z * own.z);
+    if (SPHERE_COLORS) term = times(term, own);
     return along(term, specular, splat(shade->specular));
 }
 
-// The colours of spheres, three numbers each: of one sphere, or of each lane's.
-#ifdef TREE
-static Vector color_of(__global const real *colors, ints spheres) {
+// The colours of spheres, three numbers each: of each lane's, or of one.
+static Vector colors_of(__global const real *colors, ints spheres) {
     __private ints all[1] = {spheres};
     __private const INTEGER *sphere = (__private const INTEGER *)all;
     __private reals found[3];
@@ -211,9 +170,7 @@ static Vector color_of(__global const real *colors, ints spheres) {
     }
     return vector(found[0], found[1], found[2]);
 }
-#else
+
 static Vector color_of(__global const real *colors, int sphere) {
     return splat(colors + 3 * (size_t)sphere);
 }
-#endif
-#endif

@@ -8,13 +8,11 @@
 // The host defines LITERAL for the paper's formula as it stands, in this precision, with every
 // sphere tested: the baseline that the rest is measured against. It makes no sphere a giant then.
 
-#ifdef NEST
-// 8 bytes as float32, 16 as float64.
+// NEST: of each sphere of the scene's list. 8 bytes as float32, 16 as float64.
 typedef struct {
     INTEGER order;  // of transparent spheres: the larger, the smaller the sphere; 0: opaque
     INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
 } Glass;
-#endif
 
 // 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space,
 // see camera.cl.
@@ -28,19 +26,15 @@ typedef struct {
     real horizon;           // a light with N.L below this is hidden by the sphere that N stands on
     int giant;              // 1: radius > 4 x the camera's distance from the surface
     int material;           // index
-#ifdef NEST
-    Glass glass;
-#endif
 } Sphere;
 
-#ifdef NEST
-// The transparent spheres that a ray is inside of, the smallest first: see glass.cl.
+#define MAX_INSIDE (NEST > 0 ? NEST : 1)
+// NEST: the transparent spheres that a ray is inside of, the smallest first, see glass.cl.
 typedef struct {
-    ints sphere[NEST];  // index + 1; 0: none
-    ints order[NEST];
-    reals ior[NEST];
+    ints sphere[MAX_INSIDE];  // index + 1; 0: none
+    ints order[MAX_INSIDE];
+    reals ior[MAX_INSIDE];
 } Inside;
-#endif
 
 typedef struct {
     Vector origin;     // camera space
@@ -48,30 +42,18 @@ typedef struct {
     ints leaves;       // the index of the sphere that the origin lies on. It is never hit: a ray
                        // that leaves a convex body does not come back, so no epsilon is needed.
     int all_leave;     // that index if it is the same in all lanes that count, else -1
-#ifdef NEST
     Inside inside;
-#endif
 } Ray;
 
-#ifdef NEST
 static ints is_inside(Ray ray, ints s) {
     ints in = 0;
     for (int i = 0; i < NEST; i++) in |= ray.inside.sphere[i] == s + 1;
     return in;
 }
 
-#endif
-
 // Parts of a light as whole numbers, see veiled() and Cover.
-#if defined(NEST) || defined(ROUND)
-#ifdef DOUBLE
-#define VEIL 1099511627776.0
-#else
-#define VEIL 8388608.0f
-#endif
-#endif
+#define VEIL ((real)(DOUBLE ? 1099511627776 : 8388608))
 
-#ifdef NEST
 // Glass that a shadow ray enters multiplies its light. The product is kept as a sum of -log2(T), in
 // whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
 // factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
@@ -80,7 +62,13 @@ static ints veiled(ints veil, ints met, ints more) {
     ints sum = veil + PICK_INT(met, more, 0);
     return PICK_INT(sum < OPAQUE, sum, OPAQUE);
 }
-#endif
+
+// What spheres take of shadow rays: a veil, or without NEST a mask.
+static ints taken_with(ints taken, ints met, ints more) {
+    return NEST ? veiled(taken, met, more) : taken | met;
+}
+
+static ints takes_all(ints taken) { return NEST ? taken >= OPAQUE : taken; }
 
 typedef struct {
     reals b, c, delta;
@@ -104,10 +92,11 @@ static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
     Quadratic q;
     Vector g = minus(ray.origin, splat(sphere->anchor));
     q.b = dot3(g, ray.direction);
-#ifdef LITERAL
-    q.c = dot3(g, g) + sphere->c0;
-    q.delta = q.b * q.b - q.c;
-#else
+    if (LITERAL) {
+        q.c = dot3(g, g) + sphere->c0;
+        q.delta = q.b * q.b - q.c;
+        return q;
+    }
     Vector l = along(g, -q.b, ray.direction);
     if (sphere->giant) {
         Vector m = splat(sphere->offset);
@@ -120,28 +109,20 @@ static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
         q.c = dot3(g, g) + sphere->c0;
         q.delta = -sphere->c0 - dot3(l, l);
     }
-#endif
     return q;
 }
 
 static ints ahead(Quadratic q, Ray ray, int s) {
     ints hit = (q.delta > 0) & (q.b < 0) & (q.c > 0);
-#ifndef LITERAL
-    hit &= ray.leaves != s;
-#endif
-#ifdef NEST
-    if (ANY(ray.inside.sphere[0] != 0)) hit &= !is_inside(ray, s);
-#endif
+    if (!LITERAL) hit &= ray.leaves != s;
+    if (NEST && ANY(ray.inside.sphere[0] != 0)) hit &= !is_inside(ray, s);
     return hit;
 }
 
 // Not -b - sqrt(delta), which cancels near a surface. NaN where the ray misses.
 static reals smaller_root(Quadratic q) {
-#ifdef LITERAL
-    return -q.b - sqrt(q.delta);
-#else
+    if (LITERAL) return -q.b - sqrt(q.delta);
     return q.c / (sqrt(q.delta) - q.b);
-#endif
 }
 
 // What nearest() and visible() find in each lane.
@@ -176,7 +157,6 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-#ifdef OCCLUSION
 // Whether a ray meets a sphere of a list before that distance, glass as well. ids: their places in the
 // scene's list, 0 if they are that list.
 static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
@@ -191,7 +171,6 @@ static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
     }
     return found;
 }
-#endif
 
 // Whether some sphere stands between the ray's origin and the light, which is `distance` away (NEST:
 // how much of it the spheres in between take, see veiled()).
@@ -200,25 +179,19 @@ static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
 // `encloses`, the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t +
 // c at the light is off by 2^-24 distance^2.
 static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
-                     __global const Sphere *spheres, int sphere_count) {
+                     __global const Sphere *spheres, __global const Glass *glass,
+                     int sphere_count) {
     ints hidden = 0;
     for (int s = 0; s < sphere_count; s++) {
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, s);
-#ifdef LITERAL
-        met &= smaller_root(q) < distance;
-#else
-#ifdef LIGHT_INSIDE
-        if (!encloses[s])
-#endif
+        if (LITERAL) {
+            met &= smaller_root(q) < distance;
+        } else if (!LIGHT_INSIDE || !encloses[s]) {
             met &= -q.b < distance;
-#endif
-#ifdef NEST
-        hidden = veiled(hidden, met, spheres[s].glass.veil);
-#else
-        hidden |= met;
-#endif
+        }
+        hidden = taken_with(hidden, met, NEST ? glass[s].veil : 0);
     }
     return hidden;
 }

@@ -11,12 +11,11 @@
 //
 // Space: world axes, the origin at the camera (LONG_LENS: at a point ahead of it), scaled so that
 // the spheres reach about 1. So the order of a tree holds for every camera.
-#ifdef TREE
 
 #define WIDE 16
 typedef JOIN(FLOATING, WIDE) wides;  // a number of each child, or of each sphere of a leaf
 typedef JOIN(INTEGER, WIDE) wide_ints;
-#ifdef DOUBLE
+#if DOUBLE
 #define TO_WIDE_INTS(n) convert_long16(n)
 #else
 #define TO_WIDE_INTS(n) (n)
@@ -55,12 +54,10 @@ typedef struct {
     __global const Node *nodes;
     __global const Leaf *leaves;
     Shape shape;
-#ifdef NEST
-    __global const Glass *glass;  // of each sphere
-#endif
+    __global const Glass *glass;  // NEST: of each sphere
 } Tree;
 
-#ifdef DOUBLE
+#if DOUBLE
 #define UNIT_ROUNDOFF 1.1102230246251565e-16
 #else
 #define UNIT_ROUNDOFF 5.9604645e-8f
@@ -82,13 +79,7 @@ typedef struct {
 #endif
 
 // Of a sphere that a ray leaves, or is inside of (NEST), it does not meet the near side.
-#ifdef NEST
-#define NEAR_SIDE(ray, s) ((ray.leaves != s) & !is_inside(ray, s))
-#define NEAR_SIDES(ray, ids) ((ids != ray.leaves) & single_outside(ray, ids))
-#else
-#define NEAR_SIDE(ray, s) (ray.leaves != s)
-#define NEAR_SIDES(ray, ids) (ids != ray.leaves)
-#endif
+static ints near_side(Ray ray, int s) { return (ray.leaves != s) & !is_inside(ray, s); }
 
 // Rays and spheres, either of which can be the wide one: f = o - C, l is the part of f across d.
 // Hit iff delta > 0, b < 0, c > 0, as in sphere.cl.
@@ -162,7 +153,6 @@ static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __gl
     return hit;
 }
 
-#ifdef ORTHOGRAPHIC
 // For lines that have no start. Those to the tree have one: it has no sphere that they meet before.
 static Hit visible_listed(Ray line, __global const Sphere *spheres, __global const int *ids,
                           int sphere_count) {
@@ -174,29 +164,24 @@ static Hit visible_listed(Ray line, __global const Sphere *spheres, __global con
     }
     return hit;
 }
-#endif
 
 static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *encloses,
                                __global const Sphere *spheres, __global const int *ids,
-                               int sphere_count) {
+                               __global const Glass *glass, int sphere_count) {
     ints hidden = 0;
     for (int s = 0; s < sphere_count; s++) {
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, ids[s]);
         if (!encloses[s]) met &= -q.b < distance;
-#ifdef NEST
-        hidden = veiled(hidden, met, spheres[s].glass.veil);
-#else
-        hidden |= met;
-#endif
+        hidden = taken_with(hidden, met, NEST ? glass[ids[s]].veil : 0);
     }
     return hidden;
 }
 
-#ifdef NEST
-// The far sides of the spheres that rays are inside of, if they come before `hit`.
-static Hit far_sides(Hit hit, Ray ray, __global const Bead *beads, __global const Sphere *spheres,
-                     __global const int *ids, int sphere_count) {
+// As far_sides(), of all spheres of a scene with a tree.
+static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
+                              __global const Sphere *spheres, __global const int *ids,
+                              int sphere_count) {
     for (int i = 0; i < NEST; i++) {
         ints sphere = ray.inside.sphere[i] - 1;
         if (!ANY(sphere >= 0)) break;
@@ -225,31 +210,20 @@ static Hit far_sides(Hit hit, Ray ray, __global const Bead *beads, __global cons
     }
     return hit;
 }
-#endif
 
 // What the packet's lanes have hit, each a bead of its own. shading.cl says what a Surface is.
 static Surface surface_of_bead(Vector point, ints hit, __global const Bead *beads,
                                __global const int *materials_of, __global const Material *materials,
-#ifdef NEST
-                               __global const Glass *glass,
-#endif
-                               real shadow_bias, ints *material) {
+                               __global const Glass *glass, real shadow_bias, ints *material) {
     __private ints hits[1] = {hit}, found[1] = {-1};
     __private const INTEGER *sphere = (__private const INTEGER *)hits;
     __private INTEGER *index = (__private INTEGER *)found;
     __private reals gathered[4] = {0, 0, 0, 1};
     __private real *each = (__private real *)gathered;
     __private reals exponents[1] = {0}, reflections[1] = {0};
-#ifdef NEST
     __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
     __private ints orders[1] = {0};
-#endif
-#ifdef GLOSS
-    __private reals spreads[1] = {0};
-#endif
-#ifdef INDIRECT
-    __private reals diffuses[3] = {0, 0, 0};
-#endif
+    __private reals spreads[1] = {0}, diffuses[3] = {0, 0, 0};
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
         __global const Bead *bead = beads + sphere[i];
@@ -258,36 +232,26 @@ static Surface surface_of_bead(Vector point, ints hit, __global const Bead *bead
         index[i] = materials_of[sphere[i]];
         ((__private real *)exponents)[i] = materials[index[i]].exponent;
         ((__private real *)reflections)[i] = materials[index[i]].reflection;
-#ifdef NEST
-        ((__private real *)transmissions)[i] = materials[index[i]].transmission;
-        ((__private real *)iors)[i] = materials[index[i]].ior;
-        ((__private real *)fresnels)[i] = materials[index[i]].fresnel;
-        ((__private INTEGER *)orders)[i] = glass[sphere[i]].order;
-#endif
-#ifdef GLOSS
-        ((__private real *)spreads)[i] = materials[index[i]].spread;
-#endif
-#ifdef INDIRECT
-        for (int a = 0; a < 3; a++)
+        if (NEST) {
+            ((__private real *)transmissions)[i] = materials[index[i]].transmission;
+            ((__private real *)iors)[i] = materials[index[i]].ior;
+            ((__private real *)fresnels)[i] = materials[index[i]].fresnel;
+            ((__private INTEGER *)orders)[i] = glass[sphere[i]].order;
+        }
+        if (GLOSS) ((__private real *)spreads)[i] = materials[index[i]].spread;
+        for (int a = 0; INDIRECT && a < 3; a++)
             ((__private real *)diffuses)[a * LANES + i] = materials[index[i]].diffuse[a];
-#endif
     }
     *material = found[0];
     reals radius = gathered[3];
     Vector normal = minus(point, vector(gathered[0], gathered[1], gathered[2]));
     Surface surface = {scaled(normal, 1 / radius), 0, exponents[0], reflections[0]};
-#ifdef NEST
     surface.transmission = transmissions[0];
     surface.ior = iors[0];
     surface.fresnel = fresnels[0];
     surface.order = orders[0];
-#endif
-#ifdef GLOSS
     surface.spread = spreads[0];
-#endif
-#ifdef INDIRECT
     surface.diffuse = vector(diffuses[0], diffuses[1], diffuses[2]);
-#endif
     // As clrt/pack.py works it out for a Sphere.
     if (shadow_bias > 0)
         surface.horizon = -sqrt(shadow_bias * (2 * radius + shadow_bias)) / (radius + shadow_bias);
@@ -440,18 +404,14 @@ static int next_of(const int *stack, const real *starts, int *top, real end) {
 typedef struct {
     real o[3], d[3];
     INTEGER leaves;
-#ifdef NEST
-    INTEGER inside[NEST];  // index + 1
-#endif
+    INTEGER inside[MAX_INSIDE];  // index + 1
 } Single;
 
-#ifdef NEST
-static wide_ints single_outside(Single ray, wide_ints ids) {
-    wide_ints outside = -1;
-    for (int i = 0; i < NEST; i++) outside &= ids + 1 != ray.inside[i];
-    return outside;
+static wide_ints near_sides(Single ray, wide_ints ids) {
+    wide_ints near = ids != ray.leaves;
+    for (int i = 0; i < NEST; i++) near &= ids + 1 != ray.inside[i];
+    return near;
 }
-#endif
 
 // The planes of a box that a ray enters by and leaves by; a box begins at the largest
 // plane * inverse + enter of the three axes.
@@ -497,7 +457,7 @@ static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides
     QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
               center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)   \
     int16 id_ = *(__global const int16 *)(leaf)->id;                                         \
-    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDES(ray, TO_WIDE_INTS(id_));
+    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
 
 static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *sphere) {
     Slabs slabs = slabs_of(ray);
@@ -531,16 +491,10 @@ static void nearest_single(Tree tree, Single ray, real *distance, INTEGER *spher
     }
 }
 
-// NEST: what the spheres in between take, see veiled().
-#ifdef NEST
-#define HIDDEN INTEGER
-#else
-#define HIDDEN bool
-#endif
-static HIDDEN occluded_single(Tree tree, Single ray, real limit, bool near) {
-#ifdef NEST
-    INTEGER veil = 0;
-#endif
+// What the spheres in between take, see taken_with().
+#define ALL (NEST ? OPAQUE : (INTEGER) - 1)
+static INTEGER occluded_single(Tree tree, Single ray, real limit, bool near) {
+    INTEGER taken = 0;
     Slabs slabs = slabs_of(ray);
     int stack[STACK], top = 0;
     for (int e = 0; e >= 0;) {
@@ -553,37 +507,25 @@ static HIDDEN occluded_single(Tree tree, Single ray, real limit, bool near) {
             }
         } else {
             LEAF_QUADRATIC(ray, tree.leaves + (e - tree.shape.node_count))
-#ifdef NEST
-            if (near && wide_bits(met & (FIRST_ROOT < limit))) return OPAQUE;
-            for (uint bits = near ? 0 : wide_bits(met & (-b < limit)); bits; bits &= bits - 1) {
+            uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
+            if (bits && (near || !NEST)) return ALL;
+            for (; NEST && bits; bits &= bits - 1) {
                 int id = tree.leaves[e - tree.shape.node_count].id[LOWEST_BIT(bits)];
-                veil = min(veil + tree.glass[id].veil, OPAQUE);
+                taken = min(taken + tree.glass[id].veil, OPAQUE);
             }
-            if (veil == OPAQUE) return veil;
-#else
-            if (wide_bits(met & ((near ? FIRST_ROOT : -b) < limit))) return true;
-#endif
+            if (NEST && taken == OPAQUE) return ALL;
         }
         e = top > 0 ? stack[--top] : -1;
     }
-#ifdef NEST
-    return veil;
-#else
-    return false;
-#endif
+    return taken;
 }
 
 // What the rays of lanes are inside of, as a Single's.
-#ifdef NEST
-#define INSIDE_OF(ray)            \
-    __private ints inside_[NEST]; \
+#define INSIDE_OF(ray)                  \
+    __private ints inside_[MAX_INSIDE]; \
     for (int n = 0; n < NEST; n++) inside_[n] = (ray).inside.sphere[n];
 #define SINGLE_INSIDE(i) \
     for (int n = 0; n < NEST; n++) single.inside[n] = ((__private INTEGER *)(inside_ + n))[i];
-#else
-#define INSIDE_OF(ray)
-#define SINGLE_INSIDE(i)
-#endif
 
 // Runs its body for each ray that is on: `i` is its lane, `single` the ray.
 #define FOR_EACH_RAY(ray, on)                                                                    \
@@ -611,7 +553,7 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
             QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                       ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
                       leaf->center[2][k], leaf->radius[k])
-            ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]);
+            ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
             if (ANY(met)) hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
         }
     return hit;
@@ -641,7 +583,7 @@ static Hit nearest_in_tree(Tree tree, Hit hit, Ray ray, ints on, bool common) {
                     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                               ray.direction.y, ray.direction.z, leaf->center[0][k],
                               leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
-                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]);
+                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
                     if (ANY(met)) {
                         hit = closer_of(hit, met, c / (sqrt(delta) - b), leaf->id[k]);
                         found = true;
@@ -678,23 +620,14 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
             QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                       ray.direction.y, ray.direction.z, leaf->center[0][k], leaf->center[1][k],
                       leaf->center[2][k], leaf->radius[k])
-            ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
+            ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
                        ((near ? FIRST_ROOT : -b) < distance);
-#ifdef NEST
-            if (near)
-                dark = veiled(dark, met, OPAQUE);
-            else if (leaf->id[k] >= 0)
-                dark = veiled(dark, met, tree.glass[leaf->id[k]].veil);
-#else
-            dark |= met;
-#endif
+            if (leaf->id[k] >= 0)
+                dark = taken_with(dark, met, NEST && !near ? tree.glass[leaf->id[k]].veil : OPAQUE);
         }
     return dark;
 #endif
-    ints clear = on;
-#ifdef NEST
-    ints veil = 0;
-#endif
+    ints clear = on, taken = 0;
 #if LANES > 1
     // From the light to the points, for it is common; not from a far one, whose rounding is large.
     real away = near ? 8 : MOST(on, largest_of(light));
@@ -724,52 +657,31 @@ static ints occluded_in_tree(Tree tree, Ray ray, reals distance, Vector light, i
                     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x,
                               ray.direction.y, ray.direction.z, leaf->center[0][k],
                               leaf->center[1][k], leaf->center[2][k], leaf->radius[k])
-#ifdef NEST
-                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
+                    ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
                                ((near ? FIRST_ROOT : -b) < distance);
-                    if (ANY(met))
-                        veil = veiled(veil, met, near ? OPAQUE : tree.glass[leaf->id[k]].veil);
+                    if (NEST && !ANY(met)) continue;
+                    INTEGER all = NEST && !near ? tree.glass[leaf->id[k]].veil : OPAQUE;
+                    taken = taken_with(taken, met, all);
                 }
-                clear = on & (veil < OPAQUE);
-                if (!ANY(clear)) return veil;
-#else
-                    clear &= !((delta > 0) & (b < 0) & (c > 0) & NEAR_SIDE(ray, leaf->id[k]) &
-                               ((near ? FIRST_ROOT : -b) < distance));
-                }
-                if (!ANY(clear)) return on;
-#endif
+                clear = on & !takes_all(taken);
+                if (!ANY(clear)) return taken;
             }
             e = next_of(stack, starts, &top, INFINITY);
         }
-#ifdef NEST
-        if (e < 0) return veil;
-#else
-        if (e < 0) return on & !clear;
-#endif
+        if (e < 0) return taken;
     }
 #endif
     __private reals limits[1] = {distance};
-    __private ints clears[1] = {clear};
-#ifdef NEST
     // From the start: what the beam has met would count twice.
-    __private ints veils[1] = {PICK_INT(clear, 0, veil)};
+    __private ints each[1] = {PICK_INT(clear, 0, taken)};
     INSIDE_OF(ray)
     FOR_EACH_RAY(ray, clear) {
         SINGLE_INSIDE(i)
-        ((__private INTEGER *)veils)[i] =
+        ((__private INTEGER *)each)[i] =
             occluded_single(tree, single, ((__private const real *)limits)[i], near);
     }
-    return veils[0];
-#else
-    FOR_EACH_RAY(ray, clear) {
-        if (occluded_single(tree, single, ((__private const real *)limits)[i], near))
-            ((__private INTEGER *)clears)[i] = 0;
-    }
-    return on & !clears[0];
-#endif
+    return each[0];
 }
-
-#ifdef ROUND
 
 // Where a light is seen from: a cone, from a ball around the points to the light's.
 typedef struct {
@@ -794,9 +706,9 @@ static uint boxes_in_cone(Cone view, __global const Node *node) {
           from = -view.begin, to = view.end;
     for (int a = 0; a < 3; a++) {
         wides wider = view.slabs.forward[a] ? -width : width;
-        wides near_side = (view.slabs.forward[a] ? lo : hi)[a] + wider;
+        wides near_ = (view.slabs.forward[a] ? lo : hi)[a] + wider;
         wides far_side = (view.slabs.forward[a] ? hi : lo)[a] - wider;
-        wides enter = near_side * view.slabs.inverse[a] + view.slabs.enter[a];
+        wides enter = near_ * view.slabs.inverse[a] + view.slabs.enter[a];
         wides leave = far_side * view.slabs.inverse[a] + view.slabs.leave[a];
         from = enter > from ? enter : from;
         to = leave < to ? leave : to;
@@ -817,16 +729,12 @@ static Cover covered_by_leaf(Tree tree, Cover cover, Single ray, Cap cap,
         reals radius = *(__global const reals *)(leaf->radius + i);
         reals c = FMA(-radius, radius, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
         ints met = id != ray.leaves;
-#ifdef NEST
         for (int n = 0; n < NEST; n++) met &= id + 1 != ray.inside[n];
         __private ints takes[1] = {0};
-        for (int k = 0; k < LANES; k++)
+        for (int k = 0; NEST && k < LANES; k++)
             if (leaf->id[i + k] >= 0)
                 ((__private INTEGER *)takes)[k] = tree.glass[leaf->id[i + k]].veil;
         cover = covered(cover, cap, met, f, radius, c, 0, takes[0]);
-#else
-        cover = covered(cover, cap, met, f, radius, c, 0);
-#endif
     }
     return cover;
 }
@@ -917,12 +825,8 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
                                leaf->center[2][k] - ray.origin.z);
                     reals r = leaf->radius[k];
                     reals c = FMA(-r, r, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
-#ifdef NEST
-                    ints takes = tree.glass[id].veil;
-                    sum = covered(sum, cap, on & NEAR_SIDE(ray, id), f, r, c, 0, takes);
-#else
-                    sum = covered(sum, cap, on & NEAR_SIDE(ray, id), f, r, c, 0);
-#endif
+                    INTEGER takes = NEST ? tree.glass[id].veil : 0;
+                    sum = covered(sum, cap, on & near_side(ray, id), f, r, c, 0, takes);
                 }
                 if (!ANY(on & (sum.hidden < (INTEGER)VEIL))) return sum;
             }
@@ -940,9 +844,7 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
     __private const real *angle = (__private const real *)&caps[0].angle;
     __private const real *versine = (__private const real *)&caps[0].versine;
     __private const real *distance = (__private const real *)&caps[0].distance;
-#ifdef NEST
     __private INTEGER *veil = (__private INTEGER *)&covers[0].veil;
-#endif
     INSIDE_OF(ray)
     FOR_EACH_RAY(ray, on) {
         SINGLE_INSIDE(i)
@@ -967,13 +869,7 @@ static Cover covered_in_tree(Tree tree, Cover cover, Ray ray, Cap cap, ints on,
             e = top > 0 ? stack[--top] : -1;
         }
         hidden[i] = min(hidden[i] + SUM_OF(sum.hidden), (INTEGER)VEIL);
-#ifdef NEST
-        veil[i] = min(veil[i] + SUM_OF(sum.veil), OPAQUE);
-#endif
+        if (NEST) veil[i] = min(veil[i] + SUM_OF(sum.veil), OPAQUE);
     }
     return covers[0];
 }
-
-#endif
-
-#endif

@@ -34,9 +34,9 @@ def renderer_for(
     return Renderer(device=device, lanes=lanes, precision=precision)
 
 
-def options(lanes: int, precision: Precision = "robust", light_inside: bool = False) -> list[str]:
+def options(lanes: int, precision: Precision = "robust", **used: Any) -> list[str]:
     """The compiler's, for a program with the kernels' functions in it."""
-    return Features(lanes, precision, "float", light_inside=light_inside).options
+    return Features(lanes, precision, "float", **used).options
 
 
 @functools.cache

@@ -151,7 +151,7 @@ def test_snell(device: cl.Device, precision, before: float, after: float, bound:
     given = np.concatenate([d, m, indices]).astype(real)
     blocks = np.ascontiguousarray(given.reshape(8, -1, 16).transpose(1, 0, 2))
     found = np.empty((n // 16, 4, 16), real)
-    flags = [*options(16, precision), "-DNEST=1"]
+    flags = options(16, precision, nest=1)
     run_kernel(device, SNELL, "snell", flags, n // 16, (blocks,), found)
     lines = found.transpose(1, 0, 2).reshape(4, n)
     d, m, (n1, n2) = (part.astype(np.longdouble) for part in (given[:3], given[3:6], given[6:]))
@@ -225,7 +225,7 @@ def test_a_chord_ends_on_its_sphere(
     rays = np.concatenate([point, direction.astype(real)])
     blocks = np.ascontiguousarray(rays.reshape(6, -1, 16).transpose(1, 0, 2))
     found = np.empty((n // 16, 16), real)
-    flags = [*options(16, precision), "-DNEST=1"]
+    flags = options(16, precision, nest=1)
     run_kernel(device, CHORD, "chord", flags, n // 16, (sphere, blocks), found)
     chord = found.reshape(n).astype(wide)
     along = rays[3:].astype(wide) / np.linalg.norm(rays[3:].astype(wide), axis=0)

@@ -50,7 +50,7 @@ __kernel void probe(__global const Sphere *spheres, __global const real *rays,
 // Goes on from where the ray hits, as the render kernel does, in the third vector's direction, or
 // against it if that leads inward: once as a ray that leaves the sphere and once as any ray.
 // found: the distances of the hit and of these two.
-__kernel void leave(__global const Sphere *spheres, __global const real *rays,
+__kernel void leave_again(__global const Sphere *spheres, __global const real *rays,
                     __global real *found) {
     int i = get_global_id(0) * LANES, s = i / 16;
     __global const real *from = rays + 144 * s + i % 16;
@@ -76,7 +76,7 @@ __kernel void shade(__global const Sphere *spheres, __global const real *rays,
     Vector to_light = minus(splat(light), load(from));
     reals distance = sqrt(dot3(to_light, to_light));
     Ray ray = {load(from), scaled(to_light, 1 / distance), -1, -1};
-    ints hidden = occluded(ray, distance, encloses + s, spheres + s, 1);
+    ints hidden = occluded(ray, distance, encloses + s, spheres + s, 0, 1);
     STORE(PICK(hidden, 1, 0), found + i);
 }
 """
@@ -135,7 +135,7 @@ class Prober:
             0.0,
             self.real,
         )
-        found = np.empty((n, 3 if name == "leave" else 1, PACKET), self.real)
+        found = np.empty((n, 3 if name == "leave_again" else 1, PACKET), self.real)
         more = [] if encloses is None else [encloses]
         size = n * PACKET // self.lanes
         run_kernel(self.device, KERNELS, name, self.options, size, (spheres, rays), found, *more)
@@ -307,7 +307,7 @@ def test_a_ray_never_hits_the_sphere_it_leaves(prober: Prober) -> None:
     point = np.where(sure, t, 0) * aim
     normal = unit(point - center[:, :, np.newaxis]).astype(float)
     outward = unit(across(rng, normal) + close(rng, prober.u, SPHERES, PACKET) * normal)
-    hit, left, stayed = prober.run("leave", family, outward)
+    hit, left, stayed = prober.run("leave_again", family, outward)
     assert np.isfinite(hit).mean() > 0.9
     assert not np.isfinite(left).any()
     # Nor would it if nothing were skipped: rounding turns a ray inward by u, but one that starts

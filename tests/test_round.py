@@ -54,7 +54,7 @@ def run(
     rounded = given.astype(real)
     blocks = rounded.reshape(len(given), -1, 16).transpose(1, 0, 2)
     found = np.empty((len(blocks), n, 16), real)
-    flags = [*options(16, precision), "-DROUND"]
+    flags = options(16, precision, round=True)
     run_kernel(device, code, name, flags, len(blocks), (blocks,), found)
     return found.transpose(1, 0, 2).reshape(n, -1).astype(np.float64), rounded.astype(np.float64)
 

@@ -51,7 +51,7 @@ def fill(
     columns = film.shape[1]
     same_for_all = (
         np.int32(corner[0]),
-        *(uploaded := upload(queue.context, arguments)).values(),
+        *(uploaded := upload(queue.context, every(arguments))).values(),
     )
     items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
@@ -105,6 +105,21 @@ def fill(
 def _whole(rows: int, packet_rows: int) -> int:
     """So many rows as whole packets have, at least one of these."""
     return max(rows // packet_rows, 1) * packet_rows
+
+
+ORDER = (
+    "paths top list from count samples points table max_depth shadow_bias camera sphere_count "
+    "spheres material_count materials light_count lights shades encloses sky_count skies background "
+    "sphere_colors glass around lost ids materials_of beads nodes leaves shape"
+).split()
+NUMBERS = {"top", "from", "count", "samples", "sky_count"}
+
+
+def every(arguments: dict[str, Any]) -> dict[str, Any]:
+    """All arguments of the kernel `render` from `paths` on, in its order: what is not given is 0 or
+    no buffer."""
+    missing = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
+    return missing | arguments
 
 
 def upload(context: "cl.Context", arguments: dict[str, Any]) -> dict[str, Any]:

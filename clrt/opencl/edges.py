@@ -45,7 +45,9 @@ def refine(
 
     rows, columns = film.shape[:2]
     left, top, right, bottom = box
-    uploaded = bands.upload(queue.context, arguments)
+    uploaded = bands.upload(queue.context, bands.every(arguments))
+    for name in ("paths", "top", "list", "from", "count"):
+        del uploaded[name]
     block = max(BLOCK_PIXELS // columns, 1)
     found = cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, 4 * min(block, rows) * columns)
     seconds = 0.0
@@ -87,7 +89,7 @@ def refine(
             while start < total:
                 chunk = min(max(chunk, GROUP), total - start)
                 before, items = seconds, (-(-chunk // GROUP) * GROUP,)
-                each = found, start, chunk, *uploaded.values()
+                each = None, 0, found, start, chunk, *uploaded.values()
                 ran(kernels["render"], items, (GROUP,), band, *place, *each)
                 start += chunk
                 chunk = int(chunk * min(bands.BAND_SECONDS / (seconds - before), bands.GROWTH))

@@ -101,21 +101,14 @@ class Features(msgspec.Struct, frozen=True):
 
     @property
     def options(self) -> list[str]:
-        """The compiler's: every -D that the kernels know."""
+        """The compiler's: every -D that the kernels know, with a number, 0 for what is not used."""
         known = {
             "DOUBLE": self.precision == "double",
             "LITERAL": self.precision == "literal",
             **{f"FILM_{film.upper()}": self.film == film for film in FILMS if film != "float"},
             **{name.upper(): getattr(self, name) for name in USES},
         }
-        return [
-            f"-DLANES={self.lanes}",
-            *(
-                f"-D{name}" if used is True else f"-D{name}={used}"
-                for name, used in known.items()
-                if used
-            ),
-        ]
+        return [f"-DLANES={self.lanes}", *(f"-D{name}={int(used)}" for name, used in known.items())]
 
 
 USES = Features.__struct_fields__[3:]
@@ -143,10 +136,10 @@ COLORS = ("ambient", "diffuse", "specular")
 AXES = ("right", "up", "back")
 
 
-def camera_dtype(real: Real, lens: bool = False) -> np.dtype[Any]:
+def camera_dtype(real: Real) -> np.dtype[Any]:
     fields = [("step", real, 2), ("eye", real, 3), ("last", np.int32, 2)]
     axes = [(axis, real, 3) for axis in AXES]
-    blur = [("aperture", real), ("inv_focus", real)] * lens
+    blur = [("aperture", real), ("inv_focus", real)]
     return np.dtype([*fields, *axes, ("unit", real), *blur], align=True)
 
 
@@ -159,7 +152,7 @@ def medium_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype([("sphere", np.int32), ("order", np.int32), ("ior", real)], align=True)
 
 
-def sphere_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
+def sphere_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype(
         [
             ("anchor", real, 3),
@@ -171,29 +164,19 @@ def sphere_dtype(real: Real, transparent: bool = False) -> np.dtype[Any]:
             ("horizon", real),
             ("giant", np.int32),
             ("material", np.int32),
-            *[("glass", glass_dtype(real))] * transparent,
         ],
         align=True,
     )
 
 
-def material_dtype(
-    real: Real, transparent: bool = False, glossy: bool = False, indirect: bool = False
-) -> np.dtype[Any]:
-    names = ("exponent", "reflection", *("transmission", "ior", "fresnel") * transparent)
-    fields: list[Any] = [(name, real) for name in names]
-    fields += [("spread", real)] * glossy + [("diffuse", real, 3)] * indirect
-    return np.dtype(fields, align=True)
+def material_dtype(real: Real) -> np.dtype[Any]:
+    names = ("exponent", "reflection", "transmission", "ior", "fresnel", "spread")
+    return np.dtype([*((name, real) for name in names), ("diffuse", real, 3)])
 
 
-def light_dtype(
-    real: Real, attenuation: bool = False, spot: bool = False, is_round: bool = False
-) -> np.dtype[Any]:
-    fields = [("position", real, 3)]
-    fields += [("fade", real, 3), ("strength", real)] * attenuation  # type: ignore[list-item]
-    fields += [("axis", real, 3), ("edge", real, 2)] * spot
-    fields += [("radius", real)] * is_round  # type: ignore[list-item]
-    return np.dtype(fields, align=True)
+def light_dtype(real: Real) -> np.dtype[Any]:
+    fade, cone = [("fade", real, 3), ("strength", real)], [("axis", real, 3), ("edge", real, 2)]
+    return np.dtype([("position", real, 3), *fade, *cone, ("radius", real)])
 
 
 def shade_dtype(real: Real) -> np.dtype[Any]:
@@ -257,8 +240,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     places = np.array([index[name] for name in spheres.names or ()], np.int32)
     material_of = places[spheres.material_index]
     panes, nest, gone = _glass(materials, material_of, spheres, real)
-    dtype = material_dtype(real, nest > 0, scene.is_glossy, scene.is_indirect)
-    packed_materials = np.zeros(len(materials), dtype)
+    packed_materials = np.zeros(len(materials), material_dtype(real))
     skies = tuple(light for light in scene.lights if isinstance(light, AmbientLight))
     ambient = [light.ambient for light in skies if not light.occlusion]
     skies = tuple(light for light in skies if light.occlusion)
@@ -531,7 +513,7 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
-    camera = np.zeros(1, camera_dtype(real, scene.camera.has_lens))
+    camera = np.zeros(1, camera_dtype(real))
     with _overflow(world.precision):
         camera["last"] = np.maximum([width - 1, height - 1], 1)
         if scene.camera.orthographic:
@@ -548,11 +530,9 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         for axis, vector in zip(AXES, basis, strict=True):
             camera[axis] = vector
         lights = _pack_lights(world.shining, origin, turn, scale, extent, real)
-        spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal, world.nest > 0)
+        spheres = _pack_spheres(scale * center, scale * radius, bias, real, literal)
         spheres["screen_bounds"] = lens.bounds(scene.camera, scale * center, scale * radius)
         spheres["material"] = material_of
-        if world.glass is not None:
-            spheres["glass"] = world.glass[listed] if world.tree else world.glass
         gone = np.isin(listed, world.gone) if world.tree else world.gone
         spheres["c0"][gone], spheres["camera_c"][gone] = np.inf, -1  # no ray meets it
         shadow_bias = real(bias)
@@ -584,7 +564,7 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         media = _media(world, scene.camera)
         around = np.zeros(world.nest, medium_dtype(real))
         around[: len(media)] = media[: world.nest]
-        found |= {"around": around, "lost": None}
+        found |= {"glass": world.glass, "around": around, "lost": None}
     if world.tree:
         beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
         beads[listed, 3] = beads[world.gone, 3] = np.nan
@@ -596,24 +576,13 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
             "leaves": None,
             "shape": None,
         }
-        if world.glass is not None:
-            found["glass"] = world.glass
     return found
 
 
 def suited(arguments: dict[str, Any], features: Features) -> dict[str, Any]:
     """A scene's arguments as a program takes them, which may draw nothing at random: what the
     camera sees first, and paths, are asked for at a pixel's point."""
-    real = PRECISIONS[features.precision]
-    dtypes = {
-        "camera": camera_dtype(real, features.lens),
-        "materials": material_dtype(real, features.nest > 0, features.gloss, features.indirect),
-    }
     found = dict(arguments)
-    for name, dtype in dtypes.items():
-        found[name] = np.empty(len(arguments[name]), dtype)
-        for field in dtype.names or ():
-            found[name][field] = arguments[name][field]
     if not features.occlusion:
         found.pop("sky_count", None), found.pop("skies", None)
     return found
@@ -628,7 +597,7 @@ def _pack_lights(
     """
     fades, spots = any(map(_fades, lights)), any(isinstance(light, SpotLight) for light in lights)
     balls = any(light.is_round for light in lights)
-    packed = np.zeros(len(lights), light_dtype(real, fades, spots, balls))
+    packed = np.zeros(len(lights), light_dtype(real))
     for light, one in zip(lights, packed, strict=True):
         if isinstance(light, DirectionalLight):
             place = -MAX_DISTANCE * extent * (turn @ _unit(np.array(light.direction, turn.dtype)))
@@ -739,7 +708,6 @@ def _pack_spheres(
     bias: float,
     real: Real,
     literal: bool = False,
-    transparent: bool = False,
 ) -> Array:
     """Spheres from centres (n, 3) in camera space and radii (n,), of about unit extent.
 
@@ -753,7 +721,7 @@ def _pack_spheres(
     offset = np.where(giant[:, np.newaxis], anchor - center, 0)
     flat = np.minimum(radius, MAX_RADIUS)
 
-    spheres = np.zeros(len(radius), sphere_dtype(real, transparent))
+    spheres = np.zeros(len(radius), sphere_dtype(real))
     spheres["anchor"] = anchor
     spheres["offset"] = (flat / radius)[:, np.newaxis] * offset
     above = np.linalg.norm(offset, axis=1) - radius  # the anchor, above the surface

@@ -1,0 +1,187 @@
+// Light: what lights the points where a packet's paths are.
+
+// What a shade of each material, `row`, sends to the camera from the lanes that are on.
+static Vector shaded(const Scene *scene, const Path *path, const Place *place, ints on,
+                     __global const Shade *row, reals diffuse, reals specular) {
+    int s;
+    Vector light = vector(0, 0, 0), own = vector(1, 1, 1);
+    if (TREE) {
+        if (SPHERE_COLORS) own = colors_of(scene->sphere_colors, path->hit.sphere);
+        FOR_EACH_OF(s, mine, PICK_INT(on, place->material, -1)) {
+            light = pick3(mine, blinn_phong(row + s, diffuse, specular, own), light);
+        }
+    } else {
+        int material = scene->spheres[place->common].material;
+        if (SPHERE_COLORS) own = color_of(scene->sphere_colors, place->common);
+        light = blinn_phong(row + material, diffuse, specular, own);
+        ints lit_sphere = PICK_INT(on, path->hit.sphere, -1);
+        FOR_OTHER_HITS(s, mine, lit_sphere, place->common) {
+            if (SPHERE_COLORS) own = color_of(scene->sphere_colors, s);
+            Vector other = blinn_phong(row + scene->spheres[s].material, diffuse, specular, own);
+            light = pick3(mine, other, light);
+        }
+    }
+    return INDIRECT ? times(light, path->tint) : light;
+}
+
+// OCCLUSION: the part of a sky that spheres leave open over some points: the mean of SKY_RAYS rays,
+// the likelier the larger their cosine. ray: from the points, its direction does not count.
+//
+// SHARES: all lanes look the same way, drawn about the normal of one of them. That way is as likely as
+// the lanes' mean cosine, so each weighs what it sees with its own cosine over that mean (the balance
+// heuristic of Veach and Guibas, 1995). It is what is hidden that is weighed: under an open sky the
+// part is 1, to the bit.
+static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw draw, int k) {
+    reals hidden = 0;
+    if (!ANY(on)) return 1;
+    for (int i = 0; i < SKY_RAYS; i++) {
+        Pair pair = drawn(draw, SKY, k, i);
+        ints looks = on;
+        reals part = 1;
+        ray.direction = above_surface(normal, pair);
+        if (SHARES) {
+            uint lit = lane_bits(on), count = popcount(lit);
+            uint skip = (uint)(draw.index * SKY_RAYS + i) % count;
+            for (; skip; skip--) lit &= lit - 1;
+            __private Vector ways[1] = {ray.direction};
+            __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
+            ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
+            reals cosine = dot3(normal, ray.direction);
+            looks &= cosine > 0;
+            cosine = PICK(looks, cosine, 0);
+            part = cosine * (real)count / JOIN(total, LANES)(cosine);
+        }
+        hidden += PICK(met_by(scene, ray, scene->skies[k], looks), part, 0);
+    }
+    return 1 - hidden / SKY_RAYS;
+}
+
+// Light from all sides, from row to row of the shades behind those of the lights.
+static void add_ambient(const Scene *scene, Path *path, Place *place) {
+    if (!AMBIENT && !OCCLUSION) return;
+    ints on = place->reached = place->shown;
+    place->missed = 0;
+    __global const Shade *row = scene->shades + scene->light_count * scene->material_count;
+    if (AMBIENT) {
+        Vector light = shaded(scene, path, place, on, row, 0, 0);
+        path->color = pick3(on, along(path->color, path->weight, light), path->color);
+        row += scene->material_count;
+    }
+    for (int k = 0; OCCLUSION && k < scene->sky_count; k++, row += scene->material_count) {
+        reals open = open_sky(scene, path->ray, place->surface.normal, on, path->draw, k);
+        reals share = path->weight * open;
+        Vector light = shaded(scene, path, place, on, row, 0, 0);
+        path->color = pick3(on, along(path->color, share, light), path->color);
+    }
+}
+
+// How a light is seen from a packet's points.
+typedef struct {
+    Ray ray;         // to it, or RANDOM to a point of a round one
+    reals distance;  // of its middle
+    reals end;       // where the ray ends
+    Cap cap;         // ROUND
+    reals diffuse;   // the cosine at the surface, or the mean of it
+    reals share;     // of this light's in the colour
+    ints lit;        // the lanes that it reaches
+    ints veil;       // NEST: what glass takes of it
+} Seen;
+
+// Adds what the host's closed form says that spheres leave of a round light.
+static void see_round(const Scene *scene, Path *path, Place *place, int k, Seen *seen) {
+    Cap cap = seen->cap;
+    Cover cover = cover_of_light(scene, k, seen->ray, cap, seen->lit);
+    reals above = 1;
+    if (ANY(seen->lit & (seen->diffuse < cap.sine)))
+        above = 1 - part_covered(cap, scaled(place->surface.normal, -1), HALF_PI, 1);
+    reals visible = visible_part(cover, above);
+    seen->lit &= visible > 0;
+    seen->share *= visible;
+    seen->diffuse = mean_cosine(cap, seen->diffuse) / PICK(above > 0, above, 1);
+    place->missed *= PICK(seen->lit, 1 - visible, 1);
+    seen->veil = cover.veil;
+    if (NEST) seen->lit &= seen->veil < OPAQUE;
+}
+
+// How a path's points see light k.
+static Seen see(const Scene *scene, Path *path, Place *place, int k) {
+    __global const Light *light = scene->lights + k;
+    bool is_round = ROUND && light->radius > 0;
+    Seen seen;
+    Vector to_light = minus(splat(light->position), path->ray.origin);
+    reals distance2 = dot3(to_light, to_light), inv_distance = inverse_sqrt(distance2);
+    to_light = scaled(to_light, inv_distance);
+    Vector to_middle = to_light, place_of_light = splat(light->position);
+    seen.distance = seen.end = distance2 * inv_distance;
+    if (is_round) seen.cap = cap_of(to_light, seen.distance, light->radius);
+    if (is_round && RANDOM) {
+        Pair pair = drawn(path->draw, LIGHT_POINT, k, 0);
+        to_light = tilted(to_light, pair.u * seen.cap.versine, pair.v);
+        seen.end *= 1 - pair.u * seen.cap.versine;
+        place_of_light =
+            vector(8, 8, 8);  // a beam begins where the rays do, as to what is far away
+    }
+    seen.diffuse = dot3(place->surface.normal, to_light);
+    seen.ray = path->ray;
+    seen.ray.direction = to_light;
+    seen.share = path->weight;
+    seen.lit = place->shown & (seen.diffuse >= place->surface.horizon);
+    if (is_round && !RANDOM) seen.lit = place->shown & (seen.diffuse > -seen.cap.sine);
+    if (SPOT) {
+        reals part = cone(light, to_middle);
+        seen.lit &= part > 0;
+        seen.share *= part;
+    }
+    if (is_round && !RANDOM) {
+        see_round(scene, path, place, k, &seen);
+    } else {
+        seen.veil = taken_of_light(scene, k, seen.ray, seen.end, place_of_light, seen.lit);
+        seen.lit &= !takes_all(seen.veil);
+        place->missed = PICK(seen.lit, 0, place->missed);
+    }
+    return seen;
+}
+
+// The highlight of a light in that direction.
+static reals highlight_of(const Path *path, const Place *place, Vector to_light) {
+    Vector half_way = plus(to_light, path->to_camera), about = place->surface.normal;
+    if (PHONG) {
+        about = pick3(place->phong, place->mirrored, about);
+        half_way = pick3(place->phong, to_light, half_way);
+    }
+    reals specular = highlight(about, half_way, place->surface.exponent);
+    return INDIRECT ? PICK(path->scattered, 0, specular) : specular;
+}
+
+// Adds what light k brings.
+static void add_light(const Scene *scene, Path *path, Place *place, int k) {
+    Seen seen = see(scene, path, place, k);
+    if (PATHS) {
+        ints how = 1;
+        if (NEST) how += TO_INTS(TO_REALS(seen.veil) * (64 / VEIL) + REAL(0.5));  // to a hundredth
+        path->hash = FOLLOWED(place->shown, path->hash, PICK_INT(seen.lit, how, 0));
+    }
+    if (!ANY(seen.lit)) return;
+    place->reached |= seen.lit;
+    reals diffuse = seen.diffuse, specular = highlight_of(path, place, seen.ray.direction);
+    if (ATTENUATION) {
+        reals left = faded(scene->lights + k, seen.distance);
+        diffuse *= left;
+        specular *= left;
+    }
+    if (NEST) {
+        reals clear = unveiled(seen.veil);
+        diffuse *= clear;
+        specular *= clear;
+    }
+    __global const Shade *row = scene->shades + k * scene->material_count;
+    Vector light = shaded(scene, path, place, seen.lit, row, diffuse, specular);
+    path->color = pick3(seen.lit, along(path->color, seen.share, light), path->color);
+}
+
+// Adds all light that reaches where the path is.
+static void add_lights(const Scene *scene, Path *path, Place *place) {
+    add_ambient(scene, path, place);
+    if (NEST && !ANY(place->shown)) return;  // all lanes are at a far side
+    for (int k = 0; k < scene->light_count; k++) add_light(scene, path, place, k);
+}

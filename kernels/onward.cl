@@ -1,0 +1,153 @@
+// Onward: where a packet's paths go on, and the rays that are put aside until then.
+
+// SPLIT: where a surface mirrors and transmits the mirrored rays of a packet are put aside, and traced
+// when the others have ended. So no more are aside than max_depth - 1.
+#define MAX_ASIDE (SPLIT ? 32 : 1)
+typedef struct {
+    Ray ray;
+    reals weight;
+    ints alive, hash;
+    Vector tint;
+    ints scattered;
+    int depth;
+} Aside;
+
+// How many are aside, the lanes of this path, and the sum of the hashes of those before.
+typedef struct {
+    int count;
+    ints traced, ended;
+} Splits;
+
+// The colour of diffuse light, each lane's.
+static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
+    Vector albedo = place->surface.diffuse;
+    if (!SPHERE_COLORS) return albedo;
+    if (TREE) return times(albedo, colors_of(scene->sphere_colors, path->hit.sphere));
+    int s;
+    Vector own = color_of(scene->sphere_colors, place->common);
+    FOR_OTHER_HITS(s, mine, path->hit.sphere, place->common) {
+        own = pick3(mine, color_of(scene->sphere_colors, s), own);
+    }
+    return times(albedo, own);
+}
+
+// INDIRECT: a ray is mirrored or scattered, either as often as it is strong, and weighs the more.
+static Vector bounced(const Scene *scene, Path *path, Place *place, Vector mirrored, ints shown,
+                      Pair pair) {
+    Vector albedo = albedo_of(scene, path, place);
+    reals mirrors_part = PICK(place->reached, place->surface.reflection, 0);
+    reals scatters = larger(albedo.x, larger(albedo.y, albedo.z)), both = mirrors_part + scatters;
+    ints bounces =
+        shown & (drawn(path->draw, CHOICE, 0, 0).u * both >= mirrors_part) & (scatters > 0);
+    place->surface.reflection = PICK(shown, both, place->surface.reflection);
+    path->tint = pick3(bounces, times(path->tint, scaled(albedo, 1 / scatters)), path->tint);
+    path->scattered |= bounces;
+    place->reached |= bounces;
+    return pick3(bounces, above_surface(place->surface.normal, pair), mirrored);
+}
+
+// SPLIT: puts the mirrored rays aside in those lanes.
+static void put_aside(const Scene *scene, Path *path, Splits *splits, Aside *aside, Ray mirror,
+                      reals weight, ints both) {
+    if (path->depth == scene->max_depth || !ANY(both)) return;
+    if (splits->count == MAX_ASIDE) {
+        atomic_inc(scene->lost + 1);
+        return;
+    }
+    Aside split = {mirror, weight, both, path->hash, path->tint, path->scattered, path->depth};
+    aside[splits->count++] = split;
+}
+
+// SPLIT: goes on with the rays that were put aside last. Returns the lanes that have one.
+static ints take_aside(Path *path, Splits *splits, const Aside *aside) {
+    Aside next = aside[--splits->count];
+    splits->ended += PICK_INT(splits->traced, path->hash, 0);
+    path->ray = next.ray;
+    path->weight = next.weight;
+    splits->traced = next.alive;
+    path->hash = next.hash;
+    path->depth = next.depth;
+    path->tint = next.tint;
+    path->scattered = next.scattered;
+    return next.alive;
+}
+
+// NEST: through the surface where it is of glass, else mirrored. Returns the lanes that go on.
+static ints turn_at_glass(const Scene *scene, Path *path, Place *place, Vector onward,
+                          ints entering, Splits *splits, Aside *aside) {
+    Surface surface = place->surface;
+    ints crossing = entering | place->out;
+    ints mirrors = place->reached & place->shown & !entering;
+    Ray mirror = path->ray;
+    mirror.direction = onward;
+    if (!ANY(crossing)) {
+        path->ray = mirror;
+        path->weight *= surface.reflection;
+        return mirrors & (path->weight > 0);
+    }
+    Inside after = path->ray.inside;
+    ints lacks_room = enter(&after, entering, path->hit.sphere, surface.order, surface.ior);
+    leave(&after, place->out, path->hit.sphere);
+    Vector normal = pick3(place->out, scaled(surface.normal, -1), surface.normal);
+    Refraction bent =
+        refracted(path->ray.direction, normal, medium_of(path->ray.inside), medium_of(after));
+    ints through = crossing & !bent.total;
+    if (path->depth < scene->max_depth && ANY(lacks_room & through)) atomic_inc(scene->lost);
+    // Of what is transmitted; total reflection takes nothing.
+    reals transmission = surface.transmission, reflection = surface.reflection;
+    if (SPLIT) {
+        reals part = transmission * surface.fresnel * bent.mirrored;
+        transmission -= part;
+        reflection += part;
+        mirrors |= place->reached & entering & through;
+    }
+    reals transmitted = path->weight * PICK(entering & through, transmission, 1);
+    reals mirrored_weight = path->weight * reflection;
+    if (PATHS) path->hash = FOLLOWED(crossing, path->hash, PICK_INT(bent.total, 1, 0));
+    if (SPLIT) {
+        ints both = crossing & mirrors & (transmitted > 0) & (mirrored_weight > 0);
+        put_aside(scene, path, splits, aside, mirror, mirrored_weight, both);
+        crossing &= transmitted > 0;
+    }
+    path->ray.origin = pick3(crossing, path->point, path->ray.origin);
+    path->ray.direction = pick3(crossing, bent.direction, mirror.direction);
+    path->ray.inside = pick_inside(through & crossing, after, path->ray.inside);
+    path->weight = PICK(crossing, transmitted, mirrored_weight);
+    return (crossing | mirrors) & (path->weight > 0);
+}
+
+// Gives each path its next ray. Returns the lanes that have one.
+static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, Aside *aside) {
+    Vector normal = place->surface.normal, in = path->ray.direction;
+    Vector onward = along(in, -2 * dot3(in, normal), normal);  // mirrored
+    ints entering = place->shown & (place->surface.transmission > 0);
+    if (INDIRECT) entering &= !path->scattered;  // to whom glass is opaque
+    if (ROUND) place->surface.reflection *= 1 - place->missed;
+    if (GLOSS || INDIRECT) {
+        Pair pair = drawn(path->draw, MIRROR, 0, 0);
+        ints shown = NEST ? place->shown & !entering : place->shown;
+        if (GLOSS) onward = blurred(onward, normal, place->surface.spread, pair);
+        if (INDIRECT) onward = bounced(scene, path, place, onward, shown, pair);
+    }
+    if (NEST) return turn_at_glass(scene, path, place, onward, entering, splits, aside);
+    path->weight *= place->surface.reflection;
+    path->ray.direction = onward;
+    return place->reached & (path->weight > 0);
+}
+
+// Follows the rays of those lanes to what they meet next.
+static void go_on(const Scene *scene, Path *path, ints alive) {
+    path->hit = first_hit(scene, path->ray, alive, false);
+    if (NEST && ANY(alive & (path->ray.inside.sphere[0] != 0))) {
+        path->hit = first_side(scene, path->hit, path->ray);
+        path->hit.sphere = PICK_INT(alive, path->hit.sphere, -1);
+    }
+    if (BACKGROUND) {
+        ints gone = alive & (path->hit.sphere < 0);
+        if (INDIRECT) gone &= !path->scattered;
+        Vector seen = along(path->color, path->weight, splat(scene->background));
+        path->color = pick3(gone, seen, path->color);
+    }
+    path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
+    if (!ORTHOGRAPHIC) path->to_camera = unit(minus(path->eye, path->point));
+}

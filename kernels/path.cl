@@ -1,0 +1,168 @@
+// Path: what each ray of a packet carries, from the camera on, and what it has hit.
+
+#define PATHS (FILM_PATHS || HASHED)
+// FNV's prime: paths are hashed here as in clrt/reference.py.
+#define FOLLOWED(mask, path, value) \
+    PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
+
+typedef struct {
+    Ray ray;
+    Hit hit;
+    Vector point;      // of that hit
+    Vector to_camera;  // from there; after a mirror as if nothing had bent it
+    Vector eye;
+    Draw draw;
+    int depth;
+    reals weight;    // the product of the reflections and transmissions so far
+    Vector tint;     // INDIRECT: of diffuse colours
+    ints scattered;  // INDIRECT: the lanes whose ray comes from a diffuse surface
+    ints hash;       // PATHS: of what was met
+    Vector color;    // what has come to the camera
+} Path;
+
+// Where a path is: what lights it, and where it goes on.
+typedef struct {
+    Surface surface;
+    ints material;    // TREE: each lane's
+    int common;       // else: the sphere that was last found nearest
+    ints shown;       // the lanes that have hit a sphere from outside, which is what is shaded
+    ints out;         // NEST: those at a far side
+    ints reached;     // those that some light reaches
+    reals missed;     // ROUND: the part that no light reaches: mirrored light ends with it
+    ints phong;       // PHONG: the lanes with Phong's highlight
+    Vector mirrored;  // PHONG: light from there would be mirrored to the camera
+} Place;
+
+// A point of the lens, and where the ray from there goes through the screen so that it meets the
+// ray from the lens' middle where that is in focus.
+static Vector point_of_lens(__global const Camera *camera, Draw draw, Vector *through) {
+    Pair pair = drawn(draw, LENS_POINT, 0, 0);
+    reals x, y, off_axis = camera->aperture * sqrt(pair.u);
+    sine_cosine_of_turn(pair.v, &y, &x);
+    x *= off_axis, y *= off_axis;
+    through->x -= x * camera->inv_focus;
+    through->y -= y * camera->inv_focus;
+    return vector(x, y, 0);
+}
+
+// A line through the screen at right angles.
+static void go_straight(const Scene *scene, Path *path, Pixels at) {
+    path->to_camera = in_space(scene, vector(0, 0, 1));
+    path->ray.origin = in_space(scene, vector(at.x, at.y, 0));
+    if (LITERAL) path->ray.origin = plus(path->ray.origin, splat(scene->camera->eye));
+    path->ray.direction = scaled(path->to_camera, -1);
+    if (TREE) {
+        path->hit = visible_listed(path->ray, scene->spheres, scene->ids, scene->sphere_count);
+        path->hit = nearest_in_tree(scene->tree, path->hit, path->ray, (ints)(-1), false);
+    } else {
+        path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
+    }
+    path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
+}
+
+// A ray from the camera, which is at 0 if nothing moves it from there.
+static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
+    Vector through = vector(at.x, at.y, -1), lens = vector(0, 0, 0);
+    if (LENS) lens = point_of_lens(scene->camera, path->draw, &through);
+    reals length2 = through.x * through.x + (through.y * through.y + 1);
+    path->to_camera = scaled(in_space(scene, through), -inverse_sqrt(length2));
+    path->ray.direction = scaled(path->to_camera, -1);
+    if (!TREE && !LITERAL && !LONG_LENS && !LENS) {
+        path->hit = visible(at, length2, scene->spheres, scene->sphere_count);
+        path->point = scaled(through, path->hit.distance);
+        return;
+    }
+    path->eye = splat(scene->camera->eye);
+    if (LENS) path->eye = plus(path->eye, in_space(scene, lens));
+    path->ray.origin = path->eye;
+    if (LONG_LENS) {
+        real ahead =
+            TREE ? dot_real(scene->camera->eye, scene->camera->back) : scene->camera->eye[2];
+        Vector start = vector(through.x * ahead, through.y * ahead, 0);
+        if (LENS) start = plus(start, lens);
+        path->ray.origin = in_space(scene, start);
+    }
+    path->hit = first_hit(scene, path->ray, (ints)(-1), !LONG_LENS && !LENS);
+    path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
+}
+
+static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
+    Path path = {{{0}}};
+    path.draw = draw;
+    path.weight = 1;
+    path.tint = vector(1, 1, 1);
+    path.ray.leaves = path.ray.all_leave = -1;
+    if (ORTHOGRAPHIC) {
+        go_straight(scene, &path, at);
+    } else {
+        go_from_eye(scene, &path, at);
+    }
+    if (NEST) {
+        path.ray.inside = inside_of(scene->around);
+        if (scene->around[0].sphere) {
+            if (!TREE)
+                path.hit = nearest(path.ray, scene->spheres,
+                                   scene->sphere_count);  // visible() has other units
+            path.hit = first_side(scene, path.hit, path.ray);
+            path.point = along(path.ray.origin, path.hit.distance, path.ray.direction);
+        }
+    }
+    return path;
+}
+
+// The surfaces of a list's spheres, and whether all rays leave one of them.
+static Surface surface_in_list(const Scene *scene, Path *path) {
+    int s, common = path->hit.common;
+    Surface surface =
+        surface_at(path->point, scene->spheres + common, scene->materials, scene->glass + common);
+    path->ray.all_leave = common;
+    FOR_OTHER_HITS(s, mine, path->hit.sphere, common) {
+        Surface other =
+            surface_at(path->point, scene->spheres + s, scene->materials, scene->glass + s);
+        surface = pick_surface(mine, other, surface);
+        path->ray.all_leave = -1;
+    }
+    if (LITERAL) path->ray.all_leave = -1;  // that sphere is tested like any other
+    return surface;
+}
+
+// TREE: those of beads, and of the list beside it.
+static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
+    Surface surface =
+        surface_of_bead(path->point, path->hit.sphere, scene->beads, scene->materials_of,
+                        scene->materials, scene->glass, scene->shadow_bias, material);
+    for (int s = 0; s < scene->sphere_count; s++) {
+        ints mine = path->hit.sphere == scene->ids[s];
+        if (!ANY(mine)) continue;
+        Surface other = surface_at(path->point, scene->spheres + s, scene->materials,
+                                   scene->glass + (NEST ? scene->ids[s] : 0));
+        surface = pick_surface(mine, other, surface);
+    }
+    return surface;
+}
+
+// Where the path is; the ray's origin is moved there.
+static Place arrive(const Scene *scene, Path *path) {
+    Place place = {{{0}}};
+    path->ray.leaves = path->hit.sphere;
+    path->draw.bounce = path->depth - 1;
+    place.common = path->hit.common;
+    place.surface =
+        TREE ? surface_in_tree(scene, path, &place.material) : surface_in_list(scene, path);
+    Vector normal = place.surface.normal;
+    path->ray.origin = along(path->point, scene->shadow_bias, normal);
+    place.shown = path->hit.sphere >= 0;
+    if (PATHS) path->hash = FOLLOWED(place.shown, path->hash, path->hit.sphere + 1);
+    if (PHONG) {
+        place.phong = place.surface.exponent < 0;
+        place.surface.exponent = PICK(place.phong, -place.surface.exponent, place.surface.exponent);
+        Vector to_camera = path->to_camera;
+        place.mirrored = along(scaled(to_camera, -1), 2 * dot3(normal, to_camera), normal);
+    }
+    place.missed = 1;
+    if (NEST) {
+        place.out = place.shown & is_inside(path->ray, path->hit.sphere);
+        place.shown &= !place.out;
+    }
+    return place;
+}

@@ -1,0 +1,99 @@
+// Scene: what a packet's rays meet, in the list of spheres, in the tree, or in both.
+
+// The kernel's arguments, as functions take them. What no sphere, light or camera needs is NULL.
+typedef struct {
+    int max_depth;
+    real shadow_bias;
+    __global const Camera *camera;
+    int sphere_count;
+    __global const Sphere *spheres;
+    int material_count;
+    __global const Material *materials;
+    int light_count;
+    __global const Light *lights;
+    __global const Shade *shades;
+    __global const uchar *encloses;
+    int sky_count;
+    __global const real *skies;
+    __global const real *background;
+    __global const real *sphere_colors;
+    __global const Glass *glass;
+    __global const Medium *around;
+    __global int *lost;
+    __global const int *ids;  // 0 without a tree: `spheres` is then the scene's list
+    __global const int *materials_of;
+    __global const Bead *beads;
+    Tree tree;
+} Scene;
+
+// Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
+// them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
+#define FOR_OTHER_HITS(s, mine, hit, common) FOR_EACH_OF(s, mine, PICK_INT(hit == common, -1, hit))
+
+// Runs its body for each number in `numbers`, -1 in lanes that do not count: with the number in `s`,
+// a scalar, and the lanes that have it in `mine`.
+#define FOR_EACH_OF(s, mine, numbers)                                       \
+    for (ints mine, rest_ = numbers;                                        \
+         ANY(rest_ >= 0) && (s = GREATEST(rest_), mine = rest_ == s, true); \
+         rest_ = PICK_INT(mine, -1, rest_))
+
+// From the camera's axes to those of the spheres' space.
+static Vector in_space(const Scene *scene, Vector v) {
+    return TREE ? in_world(scene->camera, v.x, v.y, v.z) : v;
+}
+
+// The spheres that the rays meet first, in the lanes that are on. common: they have one origin.
+static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common) {
+    if (TREE) {
+        Hit hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
+        return nearest_in_tree(scene->tree, hit, ray, on, common);
+    }
+    Hit hit = nearest(ray, scene->spheres, scene->sphere_count);
+    hit.sphere = PICK_INT(on, hit.sphere, -1);
+    return hit;
+}
+
+// NEST: that, or the far side of what a ray is inside of.
+static Hit first_side(const Scene *scene, Hit hit, Ray ray) {
+    if (TREE)
+        return far_sides_of_beads(hit, ray, scene->beads, scene->spheres, scene->ids,
+                                  scene->sphere_count);
+    return far_sides(hit, ray, scene->spheres, scene->sphere_count);
+}
+
+// What spheres take of light k, which is so far away, on its way to the lanes that are on: see
+// taken_with(). place: from where the light's beam opens.
+static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, Vector place,
+                           ints on) {
+    __global const uchar *encloses = scene->encloses + k * scene->sphere_count;
+    ints taken = 0;
+    if (!TREE) {
+        if (NEST && !ANY(on)) return taken;
+        return occluded(ray, distance, encloses, scene->spheres, scene->glass, scene->sphere_count);
+    }
+    if (ANY(on))
+        taken = occluded_by_listed(ray, distance, encloses, scene->spheres, scene->ids,
+                                   scene->glass, scene->sphere_count);
+    on &= !takes_all(taken);
+    if (!ANY(on)) return taken;
+    ints more = occluded_in_tree(scene->tree, ray, distance, place, on, false);
+    return NEST ? veiled(taken, on, more) : taken | more;
+}
+
+// ROUND: what spheres cover of light k.
+static Cover cover_of_light(const Scene *scene, int k, Ray ray, Cap cap, ints on) {
+    __global const Light *light = scene->lights + k;
+    Cover cover = covered_by(ray, cap, on, scene->encloses + k * scene->sphere_count,
+                             scene->spheres, scene->ids, scene->glass, scene->sphere_count);
+    if (!TREE) return cover;
+    return covered_in_tree(scene->tree, cover, ray, cap, on, light->position, light->radius);
+}
+
+// OCCLUSION: the lanes whose rays meet a sphere before that distance, glass as well.
+static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
+    ints met = on & met_before(ray, distance, scene->spheres, scene->ids, scene->sphere_count);
+    ints open = on & !met;
+    if (TREE && ANY(open))
+        met |= occluded_in_tree(scene->tree, ray, distance, vector(8, 8, 8), open, true) != 0;
+    return met;
+}
