@@ -4,10 +4,12 @@
 #define PI REAL(3.141592653589793)
 
 #if DOUBLE
+// Of an angle in radians.
 static void sine_cosine(reals angle, reals *sine, reals *cosine) {
     *sine = sin(angle);
     *cosine = cos(angle);
 }
+// The angle of a sine and a cosine in this ratio, in radians.
 static reals angle_of(reals sine, reals cosine) { return atan2(sine, cosine); }
 #else
 // Of an angle up to 90 degrees either way: off by 1e-7 (tests/test_round.py), as is angle_of(). The
@@ -40,4 +42,5 @@ static reals angle_of(reals sine, reals cosine) {
 }
 #endif
 
+// The square root, 0 of what rounding has made negative.
 static reals root(reals a) { return sqrt(PICK(a > 0, a, 0)); }

@@ -1,6 +1,6 @@
 // Build: the tree's order, by halving the spheres, and its nodes and leaves, fitted to them.
 //
-// Compiled only with TREE. clrt/opencl/tree.py runs these: `split` once for a list of spheres, in
+// clrt/opencl/tree.py runs these: `split` once for a list of spheres, in
 // world units; `fit_leaves` and `fit_nodes` for each place of the camera.
 #if TREE
 
@@ -10,9 +10,10 @@ typedef struct {
     int root, levels, leaves;
 } Plan;
 
+// TREE: how many leaves a tree of that plan has.
 static long all_leaves(Plan plan) { return ((long)plan.root << (4 * plan.levels)) * plan.leaves; }
 
-// A list is halved level by level: into the root's children (4 levels), their children and so on (4
+// TREE: a list is halved level by level: into the root's children (4 levels), their children and so on (4
 // each), and the leaves of a lowest node (4). The first leaf of segment s of level k; segments can be
 // empty where there are fewer than 16.
 static long first_leaf(Plan plan, long s, int k) {
@@ -28,13 +29,14 @@ static long first_leaf(Plan plan, long s, int k) {
     return child * below + node * plan.leaves + (part * plan.leaves >> last);
 }
 
+// TREE: where a leaf's spheres begin in a list of n.
 static long first_sphere(Plan plan, long n, long leaf) {
     long count = all_leaves(plan);
     // leaf * n can be beyond 2^63 only from 2^33 spheres on.
     return leaf * n / count;
 }
 
-// The list is permuted: `keys`, x y z and twice the radius, with `order`, the place in the scene's
+// TREE: swaps two of the list. It is permuted: `keys`, x y z and twice the radius, with `order`, the place in the scene's
 // list. The radius is a fourth side to halve along: so large spheres do not make the boxes of small
 // ones large.
 static void swap_(__global float4 *keys, __global int *order, long i, long j) {
@@ -44,11 +46,12 @@ static void swap_(__global float4 *keys, __global int *order, long i, long j) {
     order[i] = order[j], order[j] = place;
 }
 
+// TREE: key i along a side, x, y, z or twice the radius.
 static float key_of(__global const float4 *keys, long i, int side) {
     return ((__global const float *)(keys + i))[side];
 }
 
-// Puts the element of rank k of [a, b) in its place, with none greater before it and none smaller
+// TREE: puts the element of rank k of [a, b) in its place, with none greater before it and none smaller
 // after it (Hoare, "Algorithm 65: find", 1961; the pivot is the median of three).
 static void select_(__global float4 *keys, __global int *order, long a, long b, long k, int side) {
     b--;
@@ -72,7 +75,7 @@ static void select_(__global float4 *keys, __global int *order, long a, long b, 
     }
 }
 
-// Halves the segments of the levels [from, to) below each segment of level `from`: along the longest
+// TREE: halves the segments of the levels [from, to) below each segment of level `from`: along the longest
 // side of what is in it.
 __kernel void split(__global float4 *keys, __global int *order, long n, int root, int levels,
                     int leaf_count, int from, int to) {
@@ -95,7 +98,7 @@ __kernel void split(__global float4 *keys, __global int *order, long n, int root
             }
 }
 
-// The leaves of the lowest nodes and the boxes around them. beads: camera space. A bead whose radius
+// TREE: the leaves of the lowest nodes and the boxes around them. beads: camera space. A bead whose radius
 // is NaN is in the list beside the tree.
 __kernel void fit_leaves(__global const int *order, __global const Bead *beads, long n, int root,
                          int levels, int leaf_count, __global Leaf *leaves, __global Node *nodes,
@@ -130,7 +133,7 @@ __kernel void fit_leaves(__global const int *order, __global const Bead *beads, 
     }
 }
 
-// The boxes around the nodes of one level, in the nodes above it.
+// TREE: the boxes around the nodes of one level, in the nodes above it.
 __kernel void fit_nodes(__global Node *nodes, int first, int first_above, int above, int children) {
     for (int i = get_global_id(0); i < above; i += get_global_size(0)) {
         __global Node *node = nodes + first_above + i;

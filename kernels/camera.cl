@@ -4,13 +4,11 @@
 // turns the scene into it before it rounds, so that float32 rounds distances from the camera and
 // not from the world's origin. Lengths are scaled by a power of two, see clrt/pack.py.
 //
-// The host defines LONG_LENS if what is seen may be far away against its size: the origin is then a
-// point ahead of the camera, just before what is seen, and rays start on the plane through it. A
+// With LONG_LENS what is seen may be far away against its size: the origin is then a point ahead of the camera, just before what is seen, and rays start on the plane through it. A
 // ray from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its
 // normals by that.
 //
-// The host defines ORTHOGRAPHIC if the camera is so: the screen is as wide as what it shows, and all
-// rays go straight through it, from before everything. The origin is then on the camera's axis, just
+// With ORTHOGRAPHIC the screen is as wide as what it shows, and all rays go straight through it, from before everything. The origin is then on the camera's axis, just
 // before what is seen of the spheres that are no larger than the picture.
 
 // 76 bytes as float32, 144 as float64. The screen stands one unit ahead (ORTHOGRAPHIC: where the
@@ -56,7 +54,7 @@ static Pixels pixels_at(__global const Camera *camera, int column, int row) {
     return at;
 }
 
-// Moved, by parts of half a pixel.
+// GATHER: pixels moved by parts of half a pixel.
 static Pixels moved(Pixels at, __global const Camera *camera, real right, real up) {
     at.x += right * camera->step[0];
     at.y += up * camera->step[1];
@@ -68,7 +66,7 @@ static Pixels moved(Pixels at, __global const Camera *camera, real right, real u
     return at;
 }
 
-// Points of one pixel, parts of half a pixel from its middle.
+// REFINE: points of one pixel, parts of half a pixel from its middle.
 static Pixels points_of(__global const Camera *camera, int column, int row, reals right, reals up) {
     int x = 2 * column - camera->last[0], y = camera->last[1] - 2 * row;
     Pixels at;
@@ -81,14 +79,14 @@ static Pixels points_of(__global const Camera *camera, int column, int row, real
     return at;
 }
 
-// Where a line enters a sphere: smaller_root() of either sign.
+// ORTHOGRAPHIC: where a line enters a sphere: smaller_root() of either sign.
 static reals entry(Quadratic q) {
     if (LITERAL) return smaller_root(q);
     reals half_chord = sqrt(q.delta);
     return PICK(q.b < 0, q.c / (half_chord - q.b), -q.b - half_chord);
 }
 
-// nearest() for lines that have no start.
+// ORTHOGRAPHIC: nearest() for lines that have no start.
 static Hit visible_along(Pixels at, Ray line, __global const Sphere *spheres, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {

@@ -1,12 +1,9 @@
 // Draw: numbers at random, and directions made of them.
 //
-// The host defines OCCLUSION if spheres hide ambient light, LENS if what is out of focus is blurred,
-// GLOSS if mirrors are rough and INDIRECT if surfaces light each other; RANDOM if any of them: each of
-// a pixel's samples then draws its own light, lens, mirror and so on. The numbers are those of Sobol
-// sequences, the same in all pixels but turned by a hash of the pixel, of what they are for and of the
-// bounce (Cranley and Patterson, Randomization of Number Theoretic Methods for Multiple Integration,
-// 1976): so a picture is the same whoever makes it.
-#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT)
+// With RANDOM each of a pixel's samples draws its own point of a light, of the lens, of a mirror's cone
+// and so on. The numbers are those of Sobol sequences, the same in all pixels but turned by a hash of
+// the pixel, of what they are for and of the bounce (Cranley and Patterson, Randomization of Number
+// Theoretic Methods for Multiple Integration, 1976): so a picture is the same whoever makes it.
 
 typedef LANES_OF(uint) uints;
 
@@ -16,6 +13,7 @@ enum { LENS_POINT, LIGHT_POINT, MIRROR, CHOICE, SKY };
 #define BOUNCES 4
 #define SKY_RAYS 4
 
+// Which numbers a packet's paths draw next.
 typedef struct {
     __global const uint2 *table;
     int samples;  // as many as a pair has numbers
@@ -24,29 +22,29 @@ typedef struct {
     int bounce;   // 0: from the camera
 } Draw;
 
+// Two numbers that were drawn, in [0, 1).
 typedef struct {
-    reals u, v;  // in [0, 1)
+    reals u, v;
 } Pair;
 
-// A hash, see clrt/samples.py.
+// GATHER: a hash, see clrt/samples.py.
 static uints mixed(uints n) {
     n = (n ^ n >> 16) * 0x7feb352du;
     n = (n ^ n >> 15) * 0x846ca68bu;
     return n ^ n >> 16;
 }
 
+// GATHER: a hash of each lane's pixel, the first of which stands in that column and row of the picture.
 static uints hash_of_pixels(int column, int row) {
-#if LANES == 1
-    return mixed((uint)column + mixed((uint)row));
-#else
     uints lane = JOIN(convert_, LANES_OF(uint))(LANE);
     return mixed((uint)column + lane % ROW + mixed((uint)row + lane / ROW));
-#endif
 }
 
 // With a tree the lanes share what they draw of skies, lights and lenses: so their rays stay a beam,
 // which is 3 to 4 times as fast. Below 16 samples the packets show in the noise.
 #define SHARES (TREE && LANES > 1)
+
+// RANDOM: the pair of numbers for one purpose, `which` light of it, ray k of SKY_RAYS.
 static Pair drawn(Draw draw, int what, int which, int k) {
     int bounce = min(draw.bounce, BOUNCES - 1);
     __global const uint2 *pairs = draw.table + draw.samples * (bounce * SKY + what);
@@ -56,18 +54,16 @@ static Pair drawn(Draw draw, int what, int which, int k) {
         index = draw.index * SKY_RAYS + k;
     }
     uints hash = mixed(draw.pixel + (uint)(what + 8 * (which + 4096 * draw.bounce)));
-    __private uints all[1] = {hash};
-    if (SHARES && what != MIRROR && what != CHOICE) hash = (uints)(((__private uint *)all)[0]);
+    if (SHARES && what != MIRROR && what != CHOICE) hash = (uints)(*(__private uint *)&hash);
     uints u = hash + pairs[index].x, v = mixed(hash) + pairs[index].y;
-#if DOUBLE
-    Pair pair = {TO_REALS(u) * 2.3283064365386963e-10, TO_REALS(v) * 2.3283064365386963e-10};
-#else
-    Pair pair = {TO_REALS(u >> 8) * 5.9604645e-8f, TO_REALS(v >> 8) * 5.9604645e-8f};
-#endif
+    // As many of the 32 bits as a number holds: no rounding makes them 1.
+    int dropped = DOUBLE ? 0 : 8;
+    real each = DOUBLE ? REAL(2.3283064365386963e-10) : REAL(5.9604645e-8);
+    Pair pair = {TO_REALS(u >> dropped) * each, TO_REALS(v >> dropped) * each};
     return pair;
 }
 
-// The sine and the cosine of a part of a turn.
+// RANDOM: the sine and the cosine of a part of a turn.
 static void sine_cosine_of_turn(reals turn, reals *sine, reals *cosine) {
     reals s, c;  // of half the angle, between -90 and 90 degrees
     sine_cosine(PI * (turn - REAL(0.5)), &s, &c);
@@ -75,7 +71,7 @@ static void sine_cosine_of_turn(reals turn, reals *sine, reals *cosine) {
     *cosine = 1 - 2 * s * s;
 }
 
-// A direction that is off another one: by an angle of this versine, 1 - cosine, to a side that is a part
+// RANDOM: a direction that is off another one: by an angle of this versine, 1 - cosine, to a side that is a part
 // of a turn. Tangents after Duff et al., Building an Orthonormal Basis, Revisited, 2017.
 static Vector tilted(Vector d, reals versine, reals turn) {
     reals sign = PICK(d.z < 0, -1, 1), a = -1 / (sign + d.z), b = d.x * d.y * a;
@@ -86,14 +82,14 @@ static Vector tilted(Vector d, reals versine, reals turn) {
     return along(along(scaled(d, 1 - versine), aside * c, right), aside * s, up);
 }
 
-// A direction above a surface, the likelier the larger its cosine.
+// OCCLUSION or INDIRECT: a direction above a surface, the likelier the larger its cosine.
 static Vector above_surface(Vector normal, Pair pair) {
     reals cosine = sqrt(1 - pair.u);
     return tilted(normal, pair.u / (1 + cosine), pair.v);
 }
 
-// A mirrored direction, anywhere in a cone of that versine about it. What would go into the surface is
-// mirrored by it.
+// GLOSS: a direction anywhere in a cone of that versine about a mirrored one. One that would lead into
+// the surface is mirrored by it.
 static Vector blurred(Vector d, Vector normal, reals spread, Pair pair) {
     d = tilted(d, pair.u * spread, pair.v);
     reals into = dot3(d, normal);

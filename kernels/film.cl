@@ -1,8 +1,10 @@
 // Film: pixels as they leave the kernel, in rows.
 //
-// The host defines FILM_BYTES for interleaved 8-bit RGB, FILM_ALPHA for interleaved float32 RGBA,
-// FILM_PASSES for what the camera sees first, or FILM_PATHS for a hash of each pixel's path; else
-// pixels are interleaved float32 RGB. Floats are linear and not clipped.
+// Pixels are interleaved float32 RGB; with FILM_ALPHA float32 RGBA; with FILM_BYTES 8-bit RGB; with
+// FILM_PASSES and FILM_PATHS one `channel` each. Floats are linear and not clipped.
+//
+// For each kind of film there are a `channel`, how many CHANNELS a pixel has, an Exposure, which is a
+// packet's pixels as that film has them, and store_row().
 //
 // To store RGB lane by lane takes as long as to trace it, so vectors are put in the order of memory
 // by swizzles: which pixel each element of the three vectors of a row belongs to (THIRDS), and
@@ -51,6 +53,7 @@ typedef struct {
     ints path;
 } Exposure;
 
+// A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
     Exposure exposure = {sample.path};
     return exposure;
@@ -58,8 +61,7 @@ static Exposure exposure_of(Sample sample) {
 
 // Stores a row of the packet, as many of its pixels as `count`.
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
-    __private ints all[1] = {exposure.path};
-    __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
+    __private const INTEGER *each = EACH_INT(exposure.path) + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) pixels[i] = (uint)each[i];
 }
 
@@ -74,6 +76,7 @@ typedef struct {
 #define CHANNELS 1
 typedef Sample Exposure;
 
+// A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
     ints seen = sample.sphere >= 0;
     sample.depth = PICK(seen, sample.depth, INFINITY);
@@ -81,10 +84,11 @@ static Exposure exposure_of(Sample sample) {
     return sample;
 }
 
+// Stores a row of the packet, as many of its pixels as `count`.
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
-    __private const INTEGER *spheres = (__private const INTEGER *)&exposure.sphere + row * ROW;
-    __private const real *depths = (__private const real *)&exposure.depth + row * ROW;
-    __private const real *normals = (__private const real *)&exposure.normal + row * ROW;
+    __private const INTEGER *spheres = EACH_INT(exposure.sphere) + row * ROW;
+    __private const real *depths = EACH_REAL(exposure.depth) + row * ROW;
+    __private const real *normals = EACH_REAL(exposure.normal) + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) {
         pixels[i].depth = depths[i];
         for (int axis = 0; axis < 3; axis++) pixels[i].normal[axis] = normals[axis * LANES + i];
@@ -101,13 +105,15 @@ typedef struct {
     reals alpha;
 } Exposure;
 
+// A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
     Exposure exposure = {sample.color, sample.alpha};
     return exposure;
 }
 
+// Stores a row of the packet, as many of its pixels as `count`.
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
-    __private const real *rgba = (__private const real *)&exposure + row * ROW;
+    __private const real *rgba = EACH_REAL(exposure) + row * ROW;
     for (int i = 0; i < ROW && i < count; i++)
         for (int k = 0; k < 4; k++) pixels[4 * i + k] = rgba[k * LANES + i];
 }
@@ -121,17 +127,17 @@ typedef struct {
     LANES_OF(uint) rgb;  // 0bgr
 } Exposure;
 
-// round(255 clip(c)), ties to even. Adding 1.5 * 2^23 (2^52) rounds to an integer, in the low bits.
+// Adding this rounds to an integer, in the low bits.
+#define ROUNDING (DOUBLE ? REAL(6755399441055744.0) : REAL(12582912.0))
+
+// round(255 clip(c)), ties to even.
 static ints developed(reals c) {
     c = PICK(c > 0, c, 0);
     c = PICK(c < 1, c, 1);
-#if DOUBLE
-    return AS_INTS(c * 255 + 6755399441055744.0) & 255;
-#else
-    return AS_INTS(c * 255 + 12582912.0f) & 255;
-#endif
+    return AS_INTS(c * 255 + ROUNDING) & 255;
 }
 
+// A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
     Exposure exposure = {JOIN(convert_, LANES_OF(uint))(developed(sample.color.x) |
                                                         developed(sample.color.y) << 8 |
@@ -139,25 +145,38 @@ static Exposure exposure_of(Sample sample) {
     return exposure;
 }
 
-static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
-    row_uints rgb = ((__private const row_uints *)&exposure.rgb)[row];
-#if ROW > 1
-    // Four words 0bgr make three without the gaps.
+#if ROW == 1
+// Words 0bgr as they are stored: one has no gap.
+static row_uints without_gaps(row_uints rgb) { return rgb; }
+#else
+// Words 0bgr as they are stored: four make three without the gaps.
+static row_uints without_gaps(row_uints rgb) {
     row_uints part = (row_uints)(ROW_NUMBERS) % 3 * 8;
-    rgb = rgb.LOW >> part | rgb.HIGH << (24 - part);
+    return rgb.LOW >> part | rgb.HIGH << (24 - part);
+}
 #endif
+
 #if ROW > 2
-    if (count >= ROW) {
-        // Pixels begin at any byte.
-        typedef HALF loose_half __attribute__((aligned(1)));
-        typedef QUARTER loose_quarter __attribute__((aligned(1)));
-        *(__global loose_half *)pixels = rgb.lo;
-        *(__global loose_quarter *)(pixels + 2 * ROW) = rgb.hi.lo;
+// Stores a whole row at once. Pixels begin at any byte.
+static void store_whole_row(row_uints rgb, __global channel *pixels) {
+    typedef HALF loose_half __attribute__((aligned(1)));
+    typedef QUARTER loose_quarter __attribute__((aligned(1)));
+    *(__global loose_half *)pixels = rgb.lo;
+    *(__global loose_quarter *)(pixels + 2 * ROW) = rgb.hi.lo;
+}
+#else
+// Not for so few.
+static void store_whole_row(row_uints rgb, __global channel *pixels) {}
+#endif
+
+// Stores a row of the packet, as many of its pixels as `count`.
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    row_uints rgb = without_gaps(((__private const row_uints *)&exposure.rgb)[row]);
+    if (ROW > 2 && count >= ROW) {
+        store_whole_row(rgb, pixels);
         return;
     }
-#endif
-    __private row_uints all[1] = {rgb};
-    __private const uchar *each = (__private const uchar *)all;
+    __private const uchar *each = (__private const uchar *)&rgb;
     for (int i = 0; i < 3 * ROW && i < 3 * count; i++) pixels[i] = each[i];
 }
 
@@ -170,6 +189,7 @@ typedef struct {
     LANES_OF(float) r, g, b;
 } Exposure;
 
+// A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
     Exposure exposure = {JOIN(convert_, LANES_OF(float))(sample.color.x),
                          JOIN(convert_, LANES_OF(float))(sample.color.y),
@@ -177,15 +197,19 @@ static Exposure exposure_of(Sample sample) {
     return exposure;
 }
 
+#if ROW == 1
+// Stores the packet's one pixel of that row.
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    pixels[0] = ((__private const float *)&exposure.r)[row];
+    pixels[1] = ((__private const float *)&exposure.g)[row];
+    pixels[2] = ((__private const float *)&exposure.b)[row];
+}
+#else
+// Stores a row of the packet, as many of its pixels as `count`.
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
     row_floats r = ((__private const row_floats *)&exposure.r)[row];
     row_floats g = ((__private const row_floats *)&exposure.g)[row];
     row_floats b = ((__private const row_floats *)&exposure.b)[row];
-#if ROW == 1
-    pixels[0] = r;
-    pixels[1] = g;
-    pixels[2] = b;
-#else
     // Element i of the row's 3 * ROW is channel i % 3 of pixel i / 3.
     // A call, lest the selections are folded to shuffles, on which Oclgrind 21.10 crashes.
     ROW_OF(int) number = JOIN(convert_, ROW_OF(int))((ROW_OF(int))(ROW_NUMBERS));
@@ -199,14 +223,13 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
     }
     __private const float *each = (__private const float *)thirds;
     for (int i = 0; i < 3 * count; i++) pixels[i] = each[i];
-#endif
 }
+#endif
 
 #endif
 
-// Stores the paths of a row of the packet, as many as `count`.
+// HASHED: stores the paths of a row of the packet, as many as `count`.
 static void store_paths(ints path, int row, __global uint *paths, int count) {
-    __private ints all[1] = {path};
-    __private const INTEGER *each = (__private const INTEGER *)all + row * ROW;
+    __private const INTEGER *each = EACH_INT(path) + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) paths[i] = (uint)each[i];
 }

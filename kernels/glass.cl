@@ -1,18 +1,17 @@
 // Glass: rays that go through spheres (paper, section 8: transmitted rays).
 //
-// The host defines NEST where a sphere transmits light: how many transparent spheres a ray can be
-// inside of at once. A ray knows which they are. Of those it meets the far side, of the others the
-// near side. The medium of a point is the smallest transparent sphere around it, whichever way a ray
-// came there.
+// A ray knows which spheres it is inside of. Of those it meets the far side, of the others the near
+// side. The medium of a point is the smallest transparent sphere around it, whichever way a ray came
+// there.
 
-// 12 bytes as float32, 16 as float64. A transparent sphere that the camera is inside of.
+// NEST: a transparent sphere that the camera is inside of. 12 bytes as float32, 16 as float64.
 typedef struct {
     int sphere;  // index + 1; 0: none
     int order;   // see Glass
     real ior;
 } Medium;
 
-// What rays are inside of where they leave the camera.
+// NEST: the spheres that rays are inside of where they leave the camera.
 static Inside inside_of(__global const Medium *around) {
     Inside inside;
     for (int i = 0; i < NEST; i++) {
@@ -23,9 +22,10 @@ static Inside inside_of(__global const Medium *around) {
     return inside;
 }
 
+// NEST: the index of refraction where a ray is, 1 outside of all spheres.
 static reals medium_of(Inside inside) { return PICK(inside.sphere[0] != 0, inside.ior[0], 1); }
 
-// Adds a sphere in the lanes of a mask. The list is sorted, the smallest sphere first.
+// NEST: adds a sphere in the lanes of a mask. The list is sorted, the smallest sphere first.
 // Returns the lanes where there was no room: of the largest sphere the far side will not be seen.
 static ints enter(Inside *inside, ints mask, ints sphere, ints order, reals ior) {
     ints number = PICK_INT(mask, sphere + 1, 0);
@@ -44,7 +44,7 @@ static ints enter(Inside *inside, ints mask, ints sphere, ints order, reals ior)
     return number != 0;
 }
 
-// Takes a sphere out in the lanes of a mask.
+// NEST: takes a sphere out in the lanes of a mask.
 static void leave(Inside *inside, ints mask, ints sphere) {
     ints found = 0;
     for (int i = 0; i < NEST; i++) {
@@ -62,6 +62,7 @@ static void leave(Inside *inside, ints mask, ints sphere) {
     }
 }
 
+// NEST: PICK for what rays are inside of.
 static Inside pick_inside(ints mask, Inside yes, Inside no) {
     for (int i = 0; i < NEST; i++) {
         yes.sphere[i] = PICK_INT(mask, yes.sphere[i], no.sphere[i]);
@@ -71,7 +72,7 @@ static Inside pick_inside(ints mask, Inside yes, Inside no) {
     return yes;
 }
 
-// Where a ray leaves a sphere that it is inside of. From the sphere itself that is a whole chord:
+// NEST: where a ray leaves a sphere that it is inside of. From the sphere itself that is a whole chord:
 // t = -2 b, with no root and no epsilon, off the surface by at most 4 * 2^-24 (|P| + t). From
 // elsewhere it is the larger root, in the form that does not cancel.
 static reals way_out(Quadratic q, ints from_itself) {
@@ -80,7 +81,7 @@ static reals way_out(Quadratic q, ints from_itself) {
     return PICK(from_itself, -2 * q.b, larger);
 }
 
-// The far sides of the spheres of a list that rays are inside of, if they come before `hit`.
+// NEST: the far sides of the spheres of a list that rays are inside of, if they come before `hit`.
 static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int sphere_count) {
     for (int s = 0; s < sphere_count; s++) {
         ints in = is_inside(ray, s);
@@ -90,13 +91,14 @@ static Hit far_sides(Hit hit, Ray ray, __global const Sphere *spheres, int spher
     return hit;
 }
 
+// NEST: how rays go on at a surface of glass.
 typedef struct {
     Vector direction;  // of the ray that goes on
     ints total;        // where it is mirrored: it stays in its medium
     reals mirrored;    // SPLIT: Fresnel's part of unpolarised light that is
 } Refraction;
 
-// A ray of direction d that meets a surface between two media, m its normal towards the ray.
+// NEST: a ray of direction d that meets a surface between two media, m its normal towards the ray.
 // Snell's law: with c = -d.m, eta = n1 / n2 and k = (eta c)^2 - (n1^2 - n2^2) / n2^2 the direction is
 // eta d + (eta c - sqrt(k)) m. That bracket cancels where eta is near 1.
 // (n1^2 - n2^2) / n2^2 / (eta c + sqrt(k)) is the same number and does not: into a denser medium the

@@ -2,7 +2,7 @@
 //
 // The source is written once, for LANES = 1 (scalars: one work-item a pixel, what a GPU wants) and
 // for LANES = 2, 4, 8, 16 (OpenCL vectors, which PoCL turns into SIMD code). This file hides the
-// difference. The host defines LANES, and DOUBLE if a number is to be a float64.
+// difference.
 //
 //   real    one number                   float            (DOUBLE: double)
 //   reals   one number a lane            float, float16   (DOUBLE: double, double16)
@@ -11,9 +11,6 @@
 // A mask is what a comparison gives: false is 0; true is 1 in a scalar and -1 in a vector. So masks
 // are only joined by &, | and !, and read by PICK and ANY. Never multiply by one: the lanes that a
 // mask rules out may hold NaN, and 0 * NaN is NaN.
-
-// A feature is 0 or 1, and may stand on either side of an &&.
-#pragma clang diagnostic ignored "-Wconstant-logical-operand"
 
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -43,6 +40,9 @@ typedef float real;
 #define NUMBERS_4 0, 1, 2, 3
 #define NUMBERS_8 0, 1, 2, 3, 4, 5, 6, 7
 #define NUMBERS_16 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15
+
+// The bit of each of 16 places.
+#define BITS_16 1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768
 
 #if LANES == 1
 #define LANES_OF(type) type
@@ -90,8 +90,13 @@ typedef LANES_OF(INTEGER) ints;
 // `?:` compiles to better code than select() on PoCL, and means the same for scalars and vectors.
 #define PICK(mask, yes, no) ((mask) ? (reals)(yes) : (reals)(no))
 #define PICK_INT(mask, yes, no) ((mask) ? (ints)(yes) : (ints)(no))
+// A packet's numbers one by one, of a variable that holds one or more of `reals`, or of `ints`: lane i
+// of the first is [i], of the second [LANES + i].
+#define EACH_REAL(variable) ((__private real *)&(variable))
+#define EACH_INT(variable) ((__private INTEGER *)&(variable))
 
 #if LANES > 1 && !defined(REDUCES)
+// The greatest of the lanes.
 static int greatest(ints n) {
     __private ints all[1] = {n};
     __private const INTEGER *each = (__private const INTEGER *)all;
@@ -127,39 +132,41 @@ HALVED(total, 4, 2, a + b)
 HALVED(total, 8, 4, a + b)
 HALVED(total, 16, 8, a + b)
 
-// 1 / sqrt(a). The plain way is off by 1 unit in the last place, and by far the slowest operation
-// of the kernel; AVX-512's estimate (14 bits) with a step of Newton's is off by 2.
-static reals inverse_sqrt(reals a) {
 #if defined(__AVX512F__) && LANES == 16 && !DOUBLE && \
     __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
+// 1 / sqrt(a): AVX-512's estimate (14 bits) with a step of Newton's, off by 2 units in the last place.
+static reals inverse_sqrt(reals a) {
     reals r = __builtin_ia32_rsqrt14ps512_mask(a, (reals)(0), (ushort)-1);
     return r * (1.5f - (0.5f * a * r) * r);
-#else
-    return 1 / sqrt(a);
-#endif
 }
+#else
+// 1 / sqrt(a), off by 1 unit in the last place, and by far the slowest operation of the kernel.
+static reals inverse_sqrt(reals a) { return 1 / sqrt(a); }
+#endif
 
+// A vector of each lane, in whichever space.
 typedef struct {
     reals x, y, z;
 } Vector;
 
+// A vector of its coordinates.
 static Vector vector(reals x, reals y, reals z) {
     Vector v = {x, y, z};
     return v;
 }
 
+// One vector, the same in all lanes.
 static Vector splat(__global const real *v) {
     return vector((reals)(v[0]), (reals)(v[1]), (reals)(v[2]));
 }
 
+// The product of two vectors, their sum, difference, and one of them s times as long.
 static reals dot3(Vector a, Vector b) { return a.x * b.x + (a.y * b.y + a.z * b.z); }
-
 static Vector plus(Vector a, Vector b) { return vector(a.x + b.x, a.y + b.y, a.z + b.z); }
-
 static Vector minus(Vector a, Vector b) { return vector(a.x - b.x, a.y - b.y, a.z - b.z); }
-
 static Vector scaled(Vector a, reals s) { return vector(a.x * s, a.y * s, a.z * s); }
 
+// The product of two vectors that all lanes have in common.
 static real dot_real(__global const real *a, __global const real *b) {
     return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
 }
@@ -172,16 +179,16 @@ static Vector along(Vector a, reals s, Vector b) {
 // A zero vector becomes NaN, which every later comparison rules out.
 static Vector unit(Vector a) { return scaled(a, inverse_sqrt(dot3(a, a))); }
 
+// The products of their coordinates, the lower and the higher of each.
 static Vector times(Vector a, Vector b) { return vector(a.x * b.x, a.y * b.y, a.z * b.z); }
-
 static Vector lower3(Vector a, Vector b) {
     return vector(PICK(a.x < b.x, a.x, b.x), PICK(a.y < b.y, a.y, b.y), PICK(a.z < b.z, a.z, b.z));
 }
-
 static Vector higher3(Vector a, Vector b) {
     return vector(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z));
 }
 
+// PICK for vectors.
 static Vector pick3(ints mask, Vector yes, Vector no) {
     return vector(PICK(mask, yes.x, no.x), PICK(mask, yes.y, no.y), PICK(mask, yes.z, no.z));
 }

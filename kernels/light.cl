@@ -1,6 +1,6 @@
-// Light: what lights the points where a packet's paths are.
+// Light: what lights the places where a packet's paths are.
 
-// What a shade of each material, `row`, sends to the camera from the lanes that are on.
+// The light of a row of shades, one of each material, that goes to the camera from the lanes that are on.
 static Vector shaded(const Scene *scene, const Path *path, const Place *place, ints on,
                      __global const Shade *row, reals diffuse, reals specular) {
     int s;
@@ -75,19 +75,18 @@ static void add_ambient(const Scene *scene, Path *path, Place *place) {
     }
 }
 
-// How a light is seen from a packet's points.
+// How a light is seen from the places of paths.
 typedef struct {
-    Ray ray;         // to it, or RANDOM to a point of a round one
+    Ray ray;         // to its middle, or (RANDOM) to a point of a round one
     reals distance;  // of its middle
-    reals end;       // where the ray ends
     Cap cap;         // ROUND
     reals diffuse;   // the cosine at the surface, or the mean of it
-    reals share;     // of this light's in the colour
+    reals share;     // of the colour that it has here: what it weighs in the picture's
     ints lit;        // the lanes that it reaches
     ints veil;       // NEST: what glass takes of it
 } Seen;
 
-// Adds what the host's closed form says that spheres leave of a round light.
+// ROUND: the part of a round light that spheres leave, by round.cl's closed form.
 static void see_round(const Scene *scene, Path *path, Place *place, int k, Seen *seen) {
     Cap cap = seen->cap;
     Cover cover = cover_of_light(scene, k, seen->ray, cap, seen->lit);
@@ -103,7 +102,7 @@ static void see_round(const Scene *scene, Path *path, Place *place, int k, Seen 
     if (NEST) seen->lit &= seen->veil < OPAQUE;
 }
 
-// How a path's points see light k.
+// How paths see light k.
 static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     __global const Light *light = scene->lights + k;
     bool is_round = ROUND && light->radius > 0;
@@ -111,15 +110,15 @@ static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     Vector to_light = minus(splat(light->position), path->ray.origin);
     reals distance2 = dot3(to_light, to_light), inv_distance = inverse_sqrt(distance2);
     to_light = scaled(to_light, inv_distance);
-    Vector to_middle = to_light, place_of_light = splat(light->position);
-    seen.distance = seen.end = distance2 * inv_distance;
+    Vector to_middle = to_light, end_of_rays = splat(light->position);
+    seen.distance = distance2 * inv_distance;
+    reals length = seen.distance;
     if (is_round) seen.cap = cap_of(to_light, seen.distance, light->radius);
     if (is_round && RANDOM) {
         Pair pair = drawn(path->draw, LIGHT_POINT, k, 0);
         to_light = tilted(to_light, pair.u * seen.cap.versine, pair.v);
-        seen.end *= 1 - pair.u * seen.cap.versine;
-        place_of_light =
-            vector(8, 8, 8);  // a beam begins where the rays do, as to what is far away
+        length *= 1 - pair.u * seen.cap.versine;
+        end_of_rays = FAR_AWAY;
     }
     seen.diffuse = dot3(place->surface.normal, to_light);
     seen.ray = path->ray;
@@ -135,14 +134,14 @@ static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     if (is_round && !RANDOM) {
         see_round(scene, path, place, k, &seen);
     } else {
-        seen.veil = taken_of_light(scene, k, seen.ray, seen.end, place_of_light, seen.lit);
+        seen.veil = taken_of_light(scene, k, seen.ray, length, end_of_rays, seen.lit);
         seen.lit &= !takes_all(seen.veil);
         place->missed = PICK(seen.lit, 0, place->missed);
     }
     return seen;
 }
 
-// The highlight of a light in that direction.
+// The highlight of a light in that direction: the specular term's cosine with its exponent.
 static reals highlight_of(const Path *path, const Place *place, Vector to_light) {
     Vector half_way = plus(to_light, path->to_camera), about = place->surface.normal;
     if (PHONG) {
@@ -153,7 +152,7 @@ static reals highlight_of(const Path *path, const Place *place, Vector to_light)
     return INDIRECT ? PICK(path->scattered, 0, specular) : specular;
 }
 
-// Adds what light k brings.
+// Adds the colour that light k brings.
 static void add_light(const Scene *scene, Path *path, Place *place, int k) {
     Seen seen = see(scene, path, place, k);
     if (PATHS) {

@@ -3,6 +3,8 @@
 // SPLIT: where a surface mirrors and transmits the mirrored rays of a packet are put aside, and traced
 // when the others have ended. So no more are aside than max_depth - 1.
 #define MAX_ASIDE (SPLIT ? 32 : 1)
+
+// SPLIT: rays that were put aside, as in Path.
 typedef struct {
     Ray ray;
     reals weight;
@@ -12,13 +14,14 @@ typedef struct {
     int depth;
 } Aside;
 
-// How many are aside, the lanes of this path, and the sum of the hashes of those before.
+// SPLIT: of a packet.
 typedef struct {
-    int count;
-    ints traced, ended;
+    int count;    // of the rays that are aside
+    ints traced;  // the lanes of the path that is traced
+    ints ended;   // the sum of the hashes of those before
 } Splits;
 
-// The colour of diffuse light, each lane's.
+// INDIRECT: the part of diffuse light that surfaces send on, linear RGB.
 static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
     Vector albedo = place->surface.diffuse;
     if (!SPHERE_COLORS) return albedo;
@@ -31,7 +34,8 @@ static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
     return times(albedo, own);
 }
 
-// INDIRECT: a ray is mirrored or scattered, either as often as it is strong, and weighs the more.
+// INDIRECT: the direction of rays that are mirrored or scattered, either as often as it is strong: so
+// they weigh the more. pair: for the scattered ones.
 static Vector bounced(const Scene *scene, Path *path, Place *place, Vector mirrored, ints shown,
                       Pair pair) {
     Vector albedo = albedo_of(scene, path, place);
@@ -72,7 +76,8 @@ static ints take_aside(Path *path, Splits *splits, const Aside *aside) {
     return next.alive;
 }
 
-// NEST: through the surface where it is of glass, else mirrored. Returns the lanes that go on.
+// NEST: gives each path its next ray: through the surface where it is of glass, else mirrored, which is
+// `onward`. Returns the lanes that have one.
 static ints turn_at_glass(const Scene *scene, Path *path, Place *place, Vector onward,
                           ints entering, Splits *splits, Aside *aside) {
     Surface surface = place->surface;

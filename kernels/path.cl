@@ -1,39 +1,40 @@
 // Path: what each ray of a packet carries, from the camera on, and what it has hit.
 
-#define PATHS (FILM_PATHS || HASHED)
-// FNV's prime: paths are hashed here as in clrt/reference.py.
+// PATHS: a hash, and in the lanes of a mask what was met next: with FNV's prime, as clrt/reference.py
+// hashes paths.
 #define FOLLOWED(mask, path, value) \
     PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)
 
+// The paths of a packet.
 typedef struct {
     Ray ray;
     Hit hit;
     Vector point;      // of that hit
     Vector to_camera;  // from there; after a mirror as if nothing had bent it
-    Vector eye;
-    Draw draw;
-    int depth;
-    reals weight;    // the product of the reflections and transmissions so far
-    Vector tint;     // INDIRECT: of diffuse colours
-    ints scattered;  // INDIRECT: the lanes whose ray comes from a diffuse surface
-    ints hash;       // PATHS: of what was met
-    Vector color;    // what has come to the camera
+    Vector eye;        // where the camera stands, or (LENS) a point of its lens
+    Draw draw;         // RANDOM
+    int depth;         // of the hit, from 1 on
+    reals weight;      // the product of the reflections and transmissions so far
+    Vector tint;       // INDIRECT: of diffuse colours
+    ints scattered;    // INDIRECT: the lanes whose ray comes from a diffuse surface
+    ints hash;         // PATHS: of what was met
+    Vector color;      // that has come to the camera, linear RGB
 } Path;
 
 // Where a path is: what lights it, and where it goes on.
 typedef struct {
     Surface surface;
     ints material;    // TREE: each lane's
-    int common;       // else: the sphere that was last found nearest
+    int common;       // without TREE: a sphere that most lanes have hit
     ints shown;       // the lanes that have hit a sphere from outside, which is what is shaded
-    ints out;         // NEST: those at a far side
-    ints reached;     // those that some light reaches
+    ints out;         // NEST: the lanes at a far side
+    ints reached;     // the lanes that some light reaches
     reals missed;     // ROUND: the part that no light reaches: mirrored light ends with it
     ints phong;       // PHONG: the lanes with Phong's highlight
     Vector mirrored;  // PHONG: light from there would be mirrored to the camera
 } Place;
 
-// A point of the lens, and where the ray from there goes through the screen so that it meets the
+// LENS: a point of the lens in camera space, and where the ray from there goes through the screen so that it meets the
 // ray from the lens' middle where that is in focus.
 static Vector point_of_lens(__global const Camera *camera, Draw draw, Vector *through) {
     Pair pair = drawn(draw, LENS_POINT, 0, 0);
@@ -45,7 +46,7 @@ static Vector point_of_lens(__global const Camera *camera, Draw draw, Vector *th
     return vector(x, y, 0);
 }
 
-// A line through the screen at right angles.
+// ORTHOGRAPHIC: a line through the screen at right angles, and what it meets.
 static void go_straight(const Scene *scene, Path *path, Pixels at) {
     path->to_camera = in_space(scene, vector(0, 0, 1));
     path->ray.origin = in_space(scene, vector(at.x, at.y, 0));
@@ -53,14 +54,14 @@ static void go_straight(const Scene *scene, Path *path, Pixels at) {
     path->ray.direction = scaled(path->to_camera, -1);
     if (TREE) {
         path->hit = visible_listed(path->ray, scene->spheres, scene->ids, scene->sphere_count);
-        path->hit = nearest_in_tree(scene->tree, path->hit, path->ray, (ints)(-1), false);
+        path->hit = nearest_in_tree(&scene->tree, path->hit, path->ray, (ints)(-1), false);
     } else {
         path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
     }
     path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
 }
 
-// A ray from the camera, which is at 0 if nothing moves it from there.
+// A ray from the camera, and what it meets. Where nothing moves the camera from 0 the ray keeps that.
 static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
     Vector through = vector(at.x, at.y, -1), lens = vector(0, 0, 0);
     if (LENS) lens = point_of_lens(scene->camera, path->draw, &through);
@@ -86,6 +87,7 @@ static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
     path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
 }
 
+// The paths through a packet of pixels, and what they meet first.
 static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
     Path path = {{{0}}};
     path.draw = draw;
@@ -100,9 +102,8 @@ static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
     if (NEST) {
         path.ray.inside = inside_of(scene->around);
         if (scene->around[0].sphere) {
-            if (!TREE)
-                path.hit = nearest(path.ray, scene->spheres,
-                                   scene->sphere_count);  // visible() has other units
+            // In units of a direction of length 1, which visible() has not.
+            if (!TREE) path.hit = nearest(path.ray, scene->spheres, scene->sphere_count);
             path.hit = first_side(scene, path.hit, path.ray);
             path.point = along(path.ray.origin, path.hit.distance, path.ray.direction);
         }
@@ -110,7 +111,7 @@ static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
     return path;
 }
 
-// The surfaces of a list's spheres, and whether all rays leave one of them.
+// The surfaces that paths have hit in the list; whether all rays leave the same sphere.
 static Surface surface_in_list(const Scene *scene, Path *path) {
     int s, common = path->hit.common;
     Surface surface =
@@ -126,11 +127,11 @@ static Surface surface_in_list(const Scene *scene, Path *path) {
     return surface;
 }
 
-// TREE: those of beads, and of the list beside it.
+// TREE: the surfaces that paths have hit in the tree and in the list beside it. material: their indices.
 static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
     Surface surface =
-        surface_of_bead(path->point, path->hit.sphere, scene->beads, scene->materials_of,
-                        scene->materials, scene->glass, scene->shadow_bias, material);
+        surface_of_beads(path->point, path->hit.sphere, scene->beads, scene->materials_of,
+                         scene->materials, scene->glass, scene->shadow_bias, material);
     for (int s = 0; s < scene->sphere_count; s++) {
         ints mine = path->hit.sphere == scene->ids[s];
         if (!ANY(mine)) continue;
@@ -141,7 +142,7 @@ static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
     return surface;
 }
 
-// Where the path is; the ray's origin is moved there.
+// The place where paths are; their rays' origin is moved there.
 static Place arrive(const Scene *scene, Path *path) {
     Place place = {{{0}}};
     path->ray.leaves = path->hit.sphere;

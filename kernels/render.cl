@@ -1,4 +1,6 @@
-// Render: the kernel. A work-item makes the pixels of one packet, or (REFINE) one pixel.
+// Render: the kernel.
+
+// A work-item makes the pixels of one packet, or (REFINE) one pixel.
 //
 // film: this band of `height` rows, width * CHANNELS each; its first pixel is (first_column,
 // first_row) of the picture, where a packet begins: first_column is a multiple of ROW. Global size:

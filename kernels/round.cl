@@ -1,6 +1,6 @@
 // Round: lights that are balls, or discs in the sky, which spheres hide in part.
 //
-// The host defines ROUND if there is one. From a point such a light fills a cap of the sphere of
+// From a point such a light fills a cap of the sphere of
 // directions, and so does each sphere before it. The part of a cap that another one covers has a
 // closed form, so no samples and no noise are needed. Of several spheres the parts are added: exact
 // where their caps do not overlap inside of the light's, else too dark by what they share.
@@ -14,7 +14,7 @@ typedef struct {
     reals distance;  // of its middle
 } Cap;
 
-// A ball of that radius in the direction `to`, so far away. From inside it fills half the sky.
+// ROUND: a ball of that radius in the direction `to`, so far away. From inside it fills half the sky.
 static Cap cap_of(Vector to, reals distance, reals radius) {
     reals sine = radius / distance;
     Cap cap;
@@ -27,7 +27,7 @@ static Cap cap_of(Vector to, reals distance, reals radius) {
     return cap;
 }
 
-// The part of a cap that another one covers, of half angle b up to 90 degrees and 1 - cos(b)
+// ROUND: the part of a cap that another one covers, of half angle b up to 90 degrees and 1 - cos(b)
 // `versine`, around a direction. Their middles and the two points where their edges meet make two
 // spherical triangles with the sides a, b and g: twice the sectors of both caps less the triangles.
 static reals part_covered(Cap cap, Vector to, reals b, reals versine) {
@@ -52,15 +52,15 @@ static reals part_covered(Cap cap, Vector to, reals b, reals versine) {
     return PICK(part < 1, part, 1);
 }
 
-// What spheres cover of a light: parts as whole numbers of 1 / VEIL, so that their sum is the same in
-// any order; what glass takes of it, see veiled().
+// What spheres cover of a light, in whole numbers of 1 / VEIL: so a sum is the same in any order.
 typedef struct {
-    ints hidden;
-    ints veil;
+    ints hidden;  // the part that opaque spheres hide
+    ints veil;    // NEST: what glass takes of it, see veiled()
 } Cover;
 
-// Adds a sphere: f leads to its centre, c = |f|^2 - radius^2. Where `met` it can be in the way. It is
-// before the light if along a direction that both have in common its chord is nearer.
+// ROUND: adds a sphere: f leads to its centre, c = |f|^2 - radius^2. Where `met` it can be in the way.
+// It is before the light if along a direction that both have in common its chord is nearer. takes: its
+// veil.
 static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, reals c,
                      ints around_light, ints takes) {
     reals ahead = dot3(f, cap.to), tangent = root(c);
@@ -93,13 +93,13 @@ static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, rea
     return cover;
 }
 
-// The part of a light that is above the horizon and that nothing hides.
+// ROUND: the part of a light that nothing hides. above: the part above the horizon.
 static reals visible_part(Cover cover, reals above) {
     reals part = above - TO_REALS(cover.hidden) * (1 / VEIL);
     return PICK(part > 0, part, 0);
 }
 
-// The mean of max(N.L, 0) over a light, 0 behind the horizon: Snyder, Area Light Sources for Real-Time
+// ROUND: the mean of max(N.L, 0) over a light, 0 behind the horizon: Snyder, Area Light Sources for Real-Time
 // Graphics, 1996, for a ball that it cuts. cosine: of its middle.
 static reals mean_cosine(Cap cap, reals cosine) {
     reals whole = cosine * (1 + cap.cosine) / 2;
@@ -118,7 +118,7 @@ static reals mean_cosine(Cap cap, reals cosine) {
     return PICK(cut, PICK(flux > 0, flux, 0), PICK(cosine > 0, whole, 0));
 }
 
-// What the spheres of a list cover. ray: from the point, its direction does not count; ids: their
+// ROUND: what the spheres of a list cover of a light. ray: from the point, its direction does not count; ids: their
 // places in the scene's list, 0 if they are that list.
 static Cover covered_by(Ray ray, Cap cap, ints on, __global const uchar *encloses,
                         __global const Sphere *spheres, __global const int *ids,

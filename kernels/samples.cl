@@ -1,9 +1,9 @@
 // Samples: several points of a pixel, and when they are enough.
 //
-// The host defines HASHED if a pixel's path is wanted beside its colour. Pixels whose paths are
-// unlike a neighbour's are at an edge; edges() lists them, and a program with REFINE traces these
-// again, its lanes as points of one pixel. It defines GATHER if every pixel gets several samples: the
-// lanes are then pixels, and all have their points at the same places.
+// With HASHED a pixel's path is wanted beside its colour. Pixels whose paths are unlike a neighbour's
+// are at an edge; edges() lists them, and a program with REFINE traces these again, its lanes as points
+// of one pixel. With GATHER every pixel gets several samples: the lanes are then pixels, and all have
+// their points at the same places.
 //
 // A picture is the mean over each pixel's square. The points are those of a Sobol sequence, scrambled
 // after Owen, so that n of them miss the share of a pixel that lies beyond a straight edge by about
@@ -11,7 +11,7 @@
 
 #if REFINE
 
-// 16 pixels of one row that each have a neighbour of another path, as bits. From `middle`, pointing at
+// REFINE: 16 pixels of one row that each have a neighbour of another path, as bits. From `middle`, pointing at
 // the first, the rows above and below are `above` and `below` numbers away: 0 where there are none.
 static uint edges_of(__global const uint *middle, int above, int below) {
     uint16 own = vload16(0, middle);
@@ -21,14 +21,14 @@ static uint edges_of(__global const uint *middle, int above, int below) {
         unlike |=
             (vload16(0, at - 1) != own) | (vload16(0, at) != own) | (vload16(0, at + 1) != own);
     }
-    unlike &= (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+    unlike &= (int16)(BITS_16);
     int8 a = unlike.lo | unlike.hi;
     int4 b = a.lo | a.hi;
     int2 c = b.lo | b.hi;
     return c.x | c.y;
 }
 
-// Lists the pixels of a film that are at an edge, in any order.
+// REFINE: lists the pixels of a film that are at an edge, in any order.
 // paths: height x width. Those are listed that lie before column `right`, from column `left` and row
 // `first_row` on, by their place in a film that begins with that row. Global size: (columns / 16,
 // rounded up; rows).
@@ -62,18 +62,20 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
 // How many samples there are between two looks whether they are enough.
 #define BATCH 16
 
+// Of samples: by blocks, lest a sum of 65536 numbers is off by as many roundings.
 typedef struct {
     Vector color;
     reals alpha;
 } Sum;
 
-// By blocks, lest a sum of 65536 numbers is off by as many roundings.
+// GATHER or REFINE: adds a sample in the lanes that are on.
 static Sum with(Sum sum, Sample sample, ints on) {
     sum.color = plus(sum.color, pick3(on, sample.color, vector(0, 0, 0)));
     sum.alpha += PICK(on, sample.alpha, 0);
     return sum;
 }
 
+// GATHER or REFINE: the sum of two sums.
 static Sum sum_of(Sum a, Sum b) {
     Sum sum = {plus(a.color, b.color), a.alpha + b.alpha};
     return sum;
@@ -109,9 +111,10 @@ static Sample gathered(const Scene *scene, int column, int row, int samples,
     return mean;
 }
 
-// Whether the mean of n samples that lie so far apart may be off by more than 1/255: an edge that
-// parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
 #define ENOUGH REAL(127.5)
+
+// REFINE: how far apart the colours of n samples may lie so that their mean is off by at most 1/255: an
+// edge that parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
 static real range_that_is_enough(int n) {
     real root = sqrt((real)n);
     return root * sqrt(root) / ENOUGH;

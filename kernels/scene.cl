@@ -1,6 +1,6 @@
 // Scene: what a packet's rays meet, in the list of spheres, in the tree, or in both.
 
-// The kernel's arguments, as functions take them. What no sphere, light or camera needs is NULL.
+// The kernel's arguments, as functions take them.
 typedef struct {
     int max_depth;
     real shadow_bias;
@@ -20,11 +20,14 @@ typedef struct {
     __global const Glass *glass;
     __global const Medium *around;
     __global int *lost;
-    __global const int *ids;  // 0 without a tree: `spheres` is then the scene's list
+    __global const int *ids;  // 0 without TREE: `spheres` is then the scene's list
     __global const int *materials_of;
     __global const Bead *beads;
     Tree tree;
 } Scene;
+
+// The end of rays that have none in common: so far that a beam begins where they do.
+#define FAR_AWAY vector(8, 8, 8)
 
 // Most packets hit one sphere only, `common`: what the lanes need of it is loaded once for all of
 // them. This runs its body for each other sphere that a lane has hit, see FOR_EACH_OF.
@@ -42,28 +45,29 @@ static Vector in_space(const Scene *scene, Vector v) {
     return TREE ? in_world(scene->camera, v.x, v.y, v.z) : v;
 }
 
-// The spheres that the rays meet first, in the lanes that are on. common: they have one origin.
+// The spheres that rays meet first, in the lanes that are on. common: they have one origin.
 static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common) {
     if (TREE) {
         Hit hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
-        return nearest_in_tree(scene->tree, hit, ray, on, common);
+        return nearest_in_tree(&scene->tree, hit, ray, on, common);
     }
     Hit hit = nearest(ray, scene->spheres, scene->sphere_count);
     hit.sphere = PICK_INT(on, hit.sphere, -1);
     return hit;
 }
 
-// NEST: that, or the far side of what a ray is inside of.
+// NEST: `hit`, or the far side of a sphere that a ray is inside of.
 static Hit first_side(const Scene *scene, Hit hit, Ray ray) {
-    if (TREE)
+    if (TREE) {
         return far_sides_of_beads(hit, ray, scene->beads, scene->spheres, scene->ids,
                                   scene->sphere_count);
+    }
     return far_sides(hit, ray, scene->spheres, scene->sphere_count);
 }
 
-// What spheres take of light k, which is so far away, on its way to the lanes that are on: see
-// taken_with(). place: from where the light's beam opens.
-static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, Vector place,
+// What spheres take of light k for the rays that are on, see taken_with(): rays to the light, which end
+// at `distance`. light: where they end, if that is one point; else far away.
+static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, Vector light,
                            ints on) {
     __global const uchar *encloses = scene->encloses + k * scene->sphere_count;
     ints taken = 0;
@@ -76,7 +80,7 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
                                    scene->glass, scene->sphere_count);
     on &= !takes_all(taken);
     if (!ANY(on)) return taken;
-    ints more = occluded_in_tree(scene->tree, ray, distance, place, on, false);
+    ints more = taken_in_tree(&scene->tree, ray, distance, light, on, false);
     return NEST ? veiled(taken, on, more) : taken | more;
 }
 
@@ -86,14 +90,14 @@ static Cover cover_of_light(const Scene *scene, int k, Ray ray, Cap cap, ints on
     Cover cover = covered_by(ray, cap, on, scene->encloses + k * scene->sphere_count,
                              scene->spheres, scene->ids, scene->glass, scene->sphere_count);
     if (!TREE) return cover;
-    return covered_in_tree(scene->tree, cover, ray, cap, on, light->position, light->radius);
+    return covered_in_tree(&scene->tree, cover, ray, cap, on, light->position, light->radius);
 }
 
-// OCCLUSION: the lanes whose rays meet a sphere before that distance, glass as well.
+// OCCLUSION: the rays that are on and meet a sphere before that distance, glass as well.
 static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
     ints met = on & met_before(ray, distance, scene->spheres, scene->ids, scene->sphere_count);
     ints open = on & !met;
     if (TREE && ANY(open))
-        met |= occluded_in_tree(scene->tree, ray, distance, vector(8, 8, 8), open, true) != 0;
+        met |= taken_in_tree(&scene->tree, ray, distance, FAR_AWAY, open, true) != 0;
     return met;
 }

@@ -1,19 +1,20 @@
 // Shading: what a surface is like at a hit, and the Blinn-Phong terms (paper, section 11.8).
 //
-// The host defines PHONG if a material has Phong's highlight, ATTENUATION if a light gets weaker with
-// distance, and SPOT if one shines into a cone (sections 2 and 3).
+// Attenuation is the paper's section 2, a spot its section 3.
 
 // 36 bytes as float32, 72 as float64.
 typedef struct {
-    real exponent;    // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
-    real reflection;  // in [0, 1]
-    real transmission, ior;
-    real fresnel;  // 1: a part of what goes through is mirrored
-    real spread;   // of mirrored rays: 1 - cosine of the largest angle that they are off by
-    real diffuse[3];
+    real exponent;      // of (N.H)^2: shininess / 8; of Phong's (R.V)^2: -shininess / 2
+    real reflection;    // in [0, 1]
+    real transmission;  // in [0, 1]; 0: opaque
+    real ior;           // index of refraction
+    real fresnel;       // 1: a part of what goes through is mirrored
+    real spread;        // of mirrored rays: 1 - cosine of the largest angle that they are off by
+    real diffuse[3];    // linear RGB
 } Material;
 
-// 52 bytes as float32, 104 as float64. A point light, in camera space or the tree's. A directional one is a point at 2^40 times the extent.
+// 52 bytes as float32, 104 as float64. A point light, in the spheres' space. A directional one is a
+// point at 2^40 times the extent.
 typedef struct {
     real position[3];
     real fade[3], strength;  // of its light strength / (fade[0] + fade[1] D + fade[2] D^2) is left
@@ -30,18 +31,18 @@ typedef struct {
     real specular[3];
 } Shade;
 
+// What the packet's rays have hit, each lane its own.
 typedef struct {
-    Vector normal;  // unit length
+    Vector normal;  // unit length, outwards
     reals horizon;  // as in Sphere
-    reals exponent;
-    reals reflection;
-    reals transmission, ior, fresnel;  // NEST, as is
-    ints order;                        // of glass
+    reals exponent, reflection;
+    reals transmission, ior, fresnel;  // NEST
+    ints order;                        // NEST: as in Glass
     reals spread;                      // GLOSS
     Vector diffuse;                    // INDIRECT
 } Surface;
 
-// glass: NEST, the sphere's.
+// The surface of a sphere of the list at the points of all lanes. glass: NEST, the sphere's.
 static Surface surface_at(Vector point, __global const Sphere *sphere,
                           __global const Material *materials, __global const Glass *glass) {
     __global const Material *material = materials + sphere->material;
@@ -61,6 +62,7 @@ static Surface surface_at(Vector point, __global const Sphere *sphere,
     return surface;
 }
 
+// PICK for surfaces.
 static Surface pick_surface(ints mask, Surface yes, Surface no) {
     Surface surface = {pick3(mask, yes.normal, no.normal), PICK(mask, yes.horizon, no.horizon),
                        PICK(mask, yes.exponent, no.exponent),
@@ -74,14 +76,14 @@ static Surface pick_surface(ints mask, Surface yes, Surface no) {
     return surface;
 }
 
-// (cosine^2)^exponent. Near 1 it is sine^2 that has the digits.
 #if DOUBLE
+// (cosine^2)^exponent. Near 1 it is sine^2 that has the digits.
 static reals power(reals cosine2, reals sine2, reals exponent) {
     reals log_cosine2 = PICK(sine2 < 0.5, log1p(-sine2), log(cosine2));
     return exp(exponent * log_cosine2);
 }
 #else
-// As 2^(exponent log2(cosine2)), off by at most 2.5e-7 (tests/test_shading.py). The polynomials are
+// (cosine^2)^exponent, as 2^(exponent log2(cosine2)), off by at most 2.5e-7 (tests/test_shading.py). The polynomials are
 // minimax fits, off by 2^-25 of log2 and 2^-26 of 2^g with coefficients rounded to float32. PoCL's
 // own exp and log1p take thrice as long.
 static reals power(reals cosine2, reals sine2, reals exponent) {
@@ -126,20 +128,20 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
     return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
 }
 
-// What veiled() has left of a light.
+// NEST: the part of a light that a veil leaves.
 static reals unveiled(ints veil) {
     if (!ANY(veil != 0)) return 1;
     return PICK(veil < OPAQUE, exp2(TO_REALS(veil) * (-1 / VEIL)), 0);
 }
 
-// What is left of a light at a distance, at most 2^50.
+// ATTENUATION: the part of a light that is left at a distance in the spheres' unit, at most 2^50.
 static reals faded(__global const Light *light, reals distance) {
     reals weaker = light->fade[0] + distance * (light->fade[1] + distance * light->fade[2]);
     reals left = light->strength / weaker;
     return PICK(left < REAL(1125899906842624.0), left, REAL(1125899906842624.0));
 }
 
-// The part of a light that its cone leaves: 1 up to the inner angle, 0 from the outer one, between
+// SPOT: the part of a light that its cone leaves: 1 up to the inner angle, 0 from the outer one, between
 // them t^2 (3 - 2 t), with t linear in the cosine of the angle a from the axis. That is also linear in
 // h = |L + axis|^2 = 4 sin^2(a / 2), which keeps its digits where 1 - cos(a) has lost them: a cone of
 // 0.04 degrees is within 1/1020 in float32 (spot-0.01-0.04 of tests/hard_cases.py).
@@ -151,6 +153,7 @@ static reals cone(__global const Light *light, Vector to_light) {
     return t * t * (3 - 2 * t);
 }
 
+// The light that a shade sends to the camera, linear RGB: diffuse and specular are its two cosine terms.
 // own: SPHERE_COLORS, the sphere's own colour, which multiplies its ambient and diffuse light.
 static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals specular, Vector own) {
     Vector term = along(splat(shade->ambient), diffuse, splat(shade->diffuse));
@@ -158,12 +161,11 @@ static Vector blinn_phong(__global const Shade *shade, reals diffuse, reals spec
     return along(term, specular, splat(shade->specular));
 }
 
-// The colours of spheres, three numbers each: of each lane's, or of one.
+// SPHERE_COLORS and TREE: the colour of each lane's sphere, linear RGB.
 static Vector colors_of(__global const real *colors, ints spheres) {
-    __private ints all[1] = {spheres};
-    __private const INTEGER *sphere = (__private const INTEGER *)all;
+    __private const INTEGER *sphere = EACH_INT(spheres);
     __private reals found[3];
-    __private real *each = (__private real *)found;
+    __private real *each = EACH_REAL(found);
     for (int i = 0; i < LANES; i++) {
         __global const real *color = colors + 3 * (size_t)(sphere[i] < 0 ? 0 : sphere[i]);
         each[i] = color[0], each[LANES + i] = color[1], each[2 * LANES + i] = color[2];
@@ -171,6 +173,7 @@ static Vector colors_of(__global const real *colors, ints spheres) {
     return vector(found[0], found[1], found[2]);
 }
 
+// SPHERE_COLORS: the colour of one sphere, linear RGB.
 static Vector color_of(__global const real *colors, int sphere) {
     return splat(colors + 3 * (size_t)sphere);
 }

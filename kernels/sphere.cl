@@ -5,8 +5,7 @@
 // delta = b^2 - c > 0 and both roots are positive, that is b < 0 and c > 0: a sphere cannot be seen
 // from inside.
 //
-// The host defines LITERAL for the paper's formula as it stands, in this precision, with every
-// sphere tested: the baseline that the rest is measured against. It makes no sphere a giant then.
+// LITERAL is the baseline that the rest is measured against. The host makes no sphere a giant then.
 
 // NEST: of each sphere of the scene's list. 8 bytes as float32, 16 as float64.
 typedef struct {
@@ -28,7 +27,7 @@ typedef struct {
     int material;           // index
 } Sphere;
 
-#define MAX_INSIDE (NEST > 0 ? NEST : 1)
+#define MAX_INSIDE (NEST > 0 ? NEST : 1)  // an array has an element
 // NEST: the transparent spheres that a ray is inside of, the smallest first, see glass.cl.
 typedef struct {
     ints sphere[MAX_INSIDE];  // index + 1; 0: none
@@ -36,8 +35,9 @@ typedef struct {
     reals ior[MAX_INSIDE];
 } Inside;
 
+// A ray of each lane, in the spheres' space.
 typedef struct {
-    Vector origin;     // camera space
+    Vector origin;
     Vector direction;  // unit length
     ints leaves;       // the index of the sphere that the origin lies on. It is never hit: a ray
                        // that leaves a convex body does not come back, so no epsilon is needed.
@@ -45,6 +45,7 @@ typedef struct {
     Inside inside;
 } Ray;
 
+// The lanes whose ray is inside of sphere s: none without NEST.
 static ints is_inside(Ray ray, ints s) {
     ints in = 0;
     for (int i = 0; i < NEST; i++) in |= ray.inside.sphere[i] == s + 1;
@@ -58,18 +59,23 @@ static ints is_inside(Ray ray, ints s) {
 // whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
 // factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
 #define OPAQUE ((INTEGER)(128 * VEIL) - 1)
+
+// NEST: a veil, and in the lanes that have met it what one more sphere takes.
 static ints veiled(ints veil, ints met, ints more) {
     ints sum = veil + PICK_INT(met, more, 0);
     return PICK_INT(sum < OPAQUE, sum, OPAQUE);
 }
 
-// What spheres take of shadow rays: a veil, or without NEST a mask.
+// What spheres take of shadow rays is a veil, or without NEST the mask of those that are hidden. This
+// adds a sphere that is met.
 static ints taken_with(ints taken, ints met, ints more) {
     return NEST ? veiled(taken, met, more) : taken | met;
 }
 
+// The shadow rays that nothing is left of.
 static ints takes_all(ints taken) { return NEST ? taken >= OPAQUE : taken; }
 
+// Of a ray and a sphere, see above.
 typedef struct {
     reals b, c, delta;
 } Quadratic;
@@ -79,8 +85,7 @@ typedef struct {
 // e = l.(l + 2 m) + c0; then
 //   b = g.d + m.d,   c = (g.d)(g.d + 2 m.d) + e,   delta = (m.d)^2 - e.
 // - delta is not b^2 - c, which loses the digits of r^2 against |f|^2 where a sphere is far against
-//   its
-//   radius. e does not: a silhouette is off by at most 4 * 2^-24 (|f| + r).
+//   its radius. e does not: a silhouette is off by at most 4 * 2^-24 (|f| + r).
 // - Of a giant, whose radius is large against its distance from the camera, A is the surface point
 //   nearest the camera. |f|^2 - r^2 would be off by 2^-24 r of a distance to its surface, 5e-4 for
 //   r = 9000; with a small g a hit is off by at most 4 * 2^-24 (|g| + t).
@@ -112,6 +117,7 @@ static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
     return q;
 }
 
+// The rays that meet sphere s from outside, ahead of their origin.
 static ints ahead(Quadratic q, Ray ray, int s) {
     ints hit = (q.delta > 0) & (q.b < 0) & (q.c > 0);
     if (!LITERAL) hit &= ray.leaves != s;
@@ -119,7 +125,7 @@ static ints ahead(Quadratic q, Ray ray, int s) {
     return hit;
 }
 
-// Not -b - sqrt(delta), which cancels near a surface. NaN where the ray misses.
+// Where a ray enters a sphere: not -b - sqrt(delta), which cancels near a surface. NaN where it misses.
 static reals smaller_root(Quadratic q) {
     if (LITERAL) return -q.b - sqrt(q.delta);
     return q.c / (sqrt(q.delta) - q.b);
@@ -132,12 +138,14 @@ typedef struct {
     int common;      // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
 
+// Of lanes that have hit nothing yet.
 static Hit no_hit(void) {
     Hit none = {-1, INFINITY, 0};
     return none;
 }
 
-// Of equal distances the first sphere of the list counts.
+// Sphere s of a list where it is nearer than what was hit before. Of equal distances the first of the
+// list counts.
 static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     ints mask = candidates & (distance < hit.distance);
     hit.sphere = PICK_INT(mask, s, hit.sphere);
@@ -146,6 +154,7 @@ static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     return hit;
 }
 
+// The spheres of the scene's list that rays meet first.
 static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
@@ -157,8 +166,8 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
     return hit;
 }
 
-// Whether a ray meets a sphere of a list before that distance, glass as well. ids: their places in the
-// scene's list, 0 if they are that list.
+// OCCLUSION: the rays that meet a sphere of a list before that distance, glass as well. ids: their
+// places in the scene's list, 0 if they are that list.
 static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
                        __global const int *ids, int sphere_count) {
     ints found = 0;
@@ -172,12 +181,10 @@ static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
     return found;
 }
 
-// Whether some sphere stands between the ray's origin and the light, which is `distance` away (NEST:
-// how much of it the spheres in between take, see veiled()).
+// What the spheres of the scene's list take of a light that is `distance` away, see taken_with().
 // A light outside a sphere that the ray meets lies before both roots or beyond both: it is hidden iff
-// it is beyond their middle, -b, half a chord from either. Which spheres the light is inside of,
-// `encloses`, the host knows, and defines LIGHT_INSIDE if there are any: the sign of t^2 + 2 b t +
-// c at the light is off by 2^-24 distance^2.
+// it is beyond their middle, -b, half a chord from either. The host knows the spheres that the light is
+// inside of, `encloses`: here the sign of t^2 + 2 b t + c at the light is off by 2^-24 distance^2.
 static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
                      __global const Sphere *spheres, __global const Glass *glass,
                      int sphere_count) {

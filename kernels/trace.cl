@@ -1,7 +1,7 @@
 // Trace: follows the paths of one packet of camera rays (paper, section 11.11).
 
-// FILM_PASSES: what the camera sees first. Along the ray, of which the camera is a point or
-// (ORTHOGRAPHIC) beside one.
+// FILM_PASSES: the spheres that the camera sees first, how far away along the ray, of which the camera is
+// a point or (ORTHOGRAPHIC) beside one, and their normals in the world.
 static Sample passes_of(const Scene *scene, Path path, Vector normal) {
     Vector from_eye = minus(path.point, splat(scene->camera->eye));
     Sample sample = {{0}};
@@ -11,7 +11,7 @@ static Sample passes_of(const Scene *scene, Path path, Vector normal) {
     return sample;
 }
 
-// What the camera rays through a packet of pixels bring.
+// Traces the paths through a packet of pixels to their ends: their colours, and whether they show a sphere.
 static Sample traced(const Scene *scene, Pixels at, Draw draw) {
     Path path = from_camera(scene, at, draw);
     reals alpha = PICK(path.hit.sphere >= 0, 1, 0);

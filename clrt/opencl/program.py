@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 KERNELS = (
+    "features",
     "lanes",
     "angles",
     "draw",
@@ -29,6 +30,10 @@ KERNELS = (
     "shading",
     "round",
     "tree",
+    "single",
+    "beam",
+    "cone",
+    "beads",
     "build",
     "film",
     "scene",

@@ -1,0 +1,166 @@
+// Single: one ray through the tree, against 16 boxes or spheres at a time.
+
+// A packet's ray, alone.
+typedef struct {
+    real o[3], d[3];             // origin and direction
+    INTEGER leaves;              // as in Ray
+    INTEGER inside[MAX_INSIDE];  // NEST: index + 1
+} Single;
+
+// A packet's rays in memory, where a lane can be chosen at run time.
+typedef struct {
+    reals coordinates[6];
+    ints leaves[1];
+    ints inside[MAX_INSIDE];
+} Rays;
+
+// TREE: a packet's rays, to be taken one by one.
+static Rays rays_of(Ray ray) {
+    Rays rays = {{ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
+                  ray.direction.z},
+                 {ray.leaves}};
+    for (int n = 0; n < NEST; n++) rays.inside[n] = ray.inside.sphere[n];
+    return rays;
+}
+
+// TREE: the ray of lane i.
+static Single single_of(const Rays *rays, int i) {
+    __private const real *r = EACH_REAL(rays->coordinates);
+    Single single = {{r[i], r[LANES + i], r[2 * LANES + i]},
+                     {r[3 * LANES + i], r[4 * LANES + i], r[5 * LANES + i]},
+                     EACH_INT(rays->leaves)[i]};
+    for (int n = 0; n < NEST; n++) single.inside[n] = EACH_INT(rays->inside[n])[i];
+    return single;
+}
+
+// TREE: near_side() for one ray and 16 spheres.
+static wide_ints near_sides(Single ray, wide_ints ids) {
+    wide_ints near = ids != ray.leaves;
+    for (int i = 0; i < NEST; i++) near &= ids + 1 != ray.inside[i];
+    return near;
+}
+
+// The planes of a box that a ray enters by and leaves by; a box begins at the largest
+// plane * inverse + enter of the three axes.
+typedef struct {
+    real inverse[3], enter[3], leave[3];
+    bool forward[3];
+} Slabs;
+
+// TREE: those of a ray, widened by SLACK.
+static Slabs slabs_of(Single ray) {
+    real largest = 1;
+    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(ray.o[a]));
+    Slabs slabs;
+    for (int a = 0; a < 3; a++) {
+        real d = fabs(ray.d[a]) > REAL(1e-18) ? ray.d[a] : REAL(1e-18);
+        slabs.inverse[a] = 1 / d;
+        slabs.forward[a] = d > 0;
+        real at = -ray.o[a] * slabs.inverse[a], slack = SLACK * largest * fabs(slabs.inverse[a]);
+        slabs.enter[a] = at - slack;
+        slabs.leave[a] = at + slack;
+    }
+    return slabs;
+}
+
+// TREE: the boxes of a node that a ray meets before `end`, as bits, and where on it they begin.
+static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides *begins) {
+    __global const wides *lo = (__global const wides *)node->lo;
+    __global const wides *hi = (__global const wides *)node->hi;
+    wides from = 0, to = end;
+    for (int a = 0; a < 3; a++) {
+        wides enter = (slabs.forward[a] ? lo : hi)[a] * slabs.inverse[a] + slabs.enter[a];
+        wides leave = (slabs.forward[a] ? hi : lo)[a] * slabs.inverse[a] + slabs.leave[a];
+        from = enter > from ? enter : from;
+        to = leave < to ? leave : to;
+    }
+    *begins = from;
+    // The ends are rounded in proportion to themselves.
+    return wide_bits(from <= to * (1 + 16 * UNIT_ROUNDOFF));
+}
+
+// Of a QUADRATIC that is hit: where the ray enters the sphere.
+#define FIRST_ROOT (c / (sqrt(delta) - b))
+
+// QUADRATIC for one ray and a leaf, and the spheres that are met.
+#define LEAF_QUADRATIC(ray, leaf)                                                            \
+    __global const wides *center_ = (__global const wides *)(leaf)->center;                  \
+    QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
+              center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)   \
+    int16 id_ = *(__global const int16 *)(leaf)->id;                                         \
+    wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
+
+// TREE: the sphere of a leaf that a ray meets before `distance`, if there is one.
+static void nearest_of_leaf(__global const Leaf *leaf, Single ray, real *distance,
+                            INTEGER *sphere) {
+    LEAF_QUADRATIC(ray, leaf)
+    uint bits = wide_bits(met);
+    if (!bits) return;
+    __private wides all[1] = {c / (sqrt(delta) - b)};
+    __private const real *root = (__private const real *)all;
+    for (; bits; bits &= bits - 1) {
+        int k = LOWEST_BIT(bits);
+        if (root[k] < *distance || (root[k] == *distance && leaf->id[k] < *sphere)) {
+            *distance = root[k];
+            *sphere = leaf->id[k];
+        }
+    }
+}
+
+// TREE: the sphere that a ray meets before `distance`, if there is one.
+static void nearest_single(const Tree *tree, Single ray, real *distance, INTEGER *sphere) {
+    Slabs slabs = slabs_of(ray);
+    int stack[STACK], top = 0;
+    real starts[STACK];
+    for (int e = 0; e >= 0;) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(slabs, tree->nodes + e, *distance, &begins);
+            if (bits) {
+                e = descend(tree->shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            nearest_of_leaf(tree->leaves + (e - tree->shape.node_count), ray, distance, sphere);
+        }
+        e = next_of(stack, starts, &top, *distance);
+    }
+}
+
+// Of taken_with(): all that there is.
+#define ALL (NEST ? OPAQUE : (INTEGER) - 1)
+
+// TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all, if it meets one
+// before `limit`; else if their middles are before it.
+static INTEGER taken_by_leaf(const Tree *tree, int e, Single ray, real limit, bool near,
+                             INTEGER taken) {
+    __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
+    LEAF_QUADRATIC(ray, leaf)
+    uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
+    if (bits && (near || !NEST)) return ALL;
+    for (; NEST && bits; bits &= bits - 1)
+        taken = min(taken + tree->glass[leaf->id[LOWEST_BIT(bits)]].veil, OPAQUE);
+    return taken;
+}
+
+// TREE: what spheres take of one shadow ray that ends at `limit`, see taken_in_tree().
+static INTEGER taken_single(const Tree *tree, Single ray, real limit, bool near) {
+    INTEGER taken = 0;
+    Slabs slabs = slabs_of(ray);
+    int stack[STACK], top = 0;
+    for (int e = 0; e >= 0;) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(slabs, tree->nodes + e, limit, &begins);
+            if (bits) {
+                e = descend_anyhow(tree->shape, e, bits, stack, &top);
+                continue;
+            }
+        } else {
+            taken = taken_by_leaf(tree, e, ray, limit, near, taken);
+            if (taken == ALL) return ALL;
+        }
+        e = top > 0 ? stack[--top] : -1;
+    }
+    return taken;
+}
