@@ -58,21 +58,27 @@ static void put_aside(const Scene *scene, Path *path, Splits *splits, Aside *asi
         atomic_inc(scene->lost + 1);
         return;
     }
-    Aside split = {mirror, weight, both, path->hash, path->tint, path->scattered, path->depth};
-    aside[splits->count++] = split;
+    Aside *split = aside + splits->count++;
+    split->ray = mirror;
+    split->weight = weight;
+    split->alive = both;
+    split->depth = path->depth;
+    if (PATHS) split->hash = path->hash;
+    if (INDIRECT) split->tint = path->tint, split->scattered = path->scattered;
 }
 
 // SPLIT: goes on with the rays that were put aside last. Returns the lanes that have one.
 static ints take_aside(Path *path, Splits *splits, const Aside *aside) {
     Aside next = aside[--splits->count];
-    splits->ended += PICK_INT(splits->traced, path->hash, 0);
     path->ray = next.ray;
     path->weight = next.weight;
-    splits->traced = next.alive;
-    path->hash = next.hash;
     path->depth = next.depth;
-    path->tint = next.tint;
-    path->scattered = next.scattered;
+    if (PATHS) {
+        splits->ended += PICK_INT(splits->traced, path->hash, 0);
+        splits->traced = next.alive;
+        path->hash = next.hash;
+    }
+    if (INDIRECT) path->tint = next.tint, path->scattered = next.scattered;
     return next.alive;
 }
 
