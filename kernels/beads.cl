@@ -53,22 +53,25 @@ static void gather_beads(__private reals *gathered, ints spheres, __global const
     }
 }
 
+// NEST and TREE: the far side of one sphere of each lane, index + 1, if it comes before `hit`.
+static Hit far_side_of_bead(Hit hit, Ray ray, ints number, __global const Bead *beads) {
+    if (!ANY(number > 0)) return hit;
+    ints sphere = number - 1;
+    __private reals gathered[4] = {0, 0, 0, NAN};
+    gather_beads(gathered, sphere, beads);
+    QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
+              ray.direction.z, gathered[0], gathered[1], gathered[2], gathered[3])
+    Quadratic q = {b, c, delta};
+    // Of those in the list beside the tree the radius is NaN.
+    ints in = (sphere >= 0) & (gathered[3] > 0);
+    return closer_of(hit, in, way_out(q, ray.leaves == sphere), sphere);
+}
+
 // NEST and TREE: as far_sides(), of all spheres of a scene with a tree.
 static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
                               __global const Sphere *spheres, __global const int *ids,
                               int sphere_count) {
-    for (int i = 0; i < NEST; i++) {
-        ints sphere = ray.inside.sphere[i] - 1;
-        if (!ANY(sphere >= 0)) break;
-        __private reals gathered[4] = {0, 0, 0, NAN};
-        gather_beads(gathered, sphere, beads);
-        QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
-                  ray.direction.z, gathered[0], gathered[1], gathered[2], gathered[3])
-        Quadratic q = {b, c, delta};
-        // Of those in the list beside the tree the radius is NaN.
-        ints in = (sphere >= 0) & (gathered[3] > 0);
-        hit = closer_of(hit, in, way_out(q, ray.leaves == sphere), sphere);
-    }
+    FOR_EACH_LAYER(hit = far_side_of_bead(hit, ray, ray.inside.layers[i].sphere, beads))
     for (int s = 0; s < sphere_count; s++) {
         ints in = is_inside(ray, ids[s]);
         if (!ANY(in)) continue;

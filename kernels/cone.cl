@@ -133,18 +133,19 @@ static bool covered_in_cone(const Tree *tree, Cover *cover, Ray ray, Cap cap, in
 // ROUND and TREE: adds the spheres of a leaf for one ray, as many at a time as there are lanes.
 static Cover covered_by_leaf(const Tree *tree, Cover cover, Single ray, Cap cap,
                              __global const Leaf *leaf) {
-    for (int i = 0; i < WIDE; i += LANES) {
-        ints id = TO_INTS(*(__global const LANES_OF(int) *)(leaf->id + i));
-        Vector f = vector(*(__global const reals *)(leaf->center[0] + i) - ray.o[0],
-                          *(__global const reals *)(leaf->center[1] + i) - ray.o[1],
-                          *(__global const reals *)(leaf->center[2] + i) - ray.o[2]);
-        reals radius = *(__global const reals *)(leaf->radius + i);
+    for (int first = 0; first < WIDE; first += LANES) {
+        ints id = TO_INTS(*(__global const LANES_OF(int) *)(leaf->id + first));
+        Vector f = vector(*(__global const reals *)(leaf->center[0] + first) - ray.o[0],
+                          *(__global const reals *)(leaf->center[1] + first) - ray.o[1],
+                          *(__global const reals *)(leaf->center[2] + first) - ray.o[2]);
+        reals radius = *(__global const reals *)(leaf->radius + first);
         reals c = FMA(-radius, radius, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
         ints met = id != ray.leaves;
-        for (int n = 0; n < NEST; n++) met &= id + 1 != ray.inside[n];
+        FOR_EACH_LAYER(met &= id + 1 != ray.inside[i])
         __private ints takes[1] = {0};
         for (int k = 0; NEST && k < LANES; k++)
-            if (leaf->id[i + k] >= 0) EACH_INT(takes)[k] = tree->glass[leaf->id[i + k]].veil;
+            if (leaf->id[first + k] >= 0)
+                EACH_INT(takes)[k] = tree->glass[leaf->id[first + k]].veil;
         cover = covered(cover, cap, met, f, radius, c, 0, takes[0]);
     }
     return cover;

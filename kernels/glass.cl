@@ -11,64 +11,63 @@ typedef struct {
     real ior;
 } Medium;
 
+// NEST: PICK for a layer.
+static Layer pick_layer(ints mask, Layer yes, Layer no) {
+    Layer layer = {PICK_INT(mask, yes.sphere, no.sphere), PICK_INT(mask, yes.order, no.order),
+                   PICK(mask, yes.ior, no.ior)};
+    return layer;
+}
+
+// NEST: the layer of a medium, the same in all lanes.
+static Layer layer_of(__global const Medium *medium) {
+    Layer layer = {medium->sphere, medium->order, medium->ior};
+    return layer;
+}
+
 // NEST: the spheres that rays are inside of where they leave the camera.
 static Inside inside_of(__global const Medium *around) {
     Inside inside;
-    for (int i = 0; i < NEST; i++) {
-        inside.sphere[i] = around[i].sphere;
-        inside.order[i] = around[i].order;
-        inside.ior[i] = around[i].ior;
-    }
+    FOR_EACH_LAYER(inside.layers[i] = layer_of(around + i))
     return inside;
 }
 
 // NEST: the index of refraction where a ray is, 1 outside of all spheres.
-static reals medium_of(Inside inside) { return PICK(inside.sphere[0] != 0, inside.ior[0], 1); }
+static reals medium_of(Inside inside) {
+    return PICK(inside.layers[0].sphere != 0, inside.layers[0].ior, 1);
+}
+
+// NEST: where a layer is smaller than another it takes its place.
+static void settle(Layer *there, Layer *moving) {
+    ints smaller = moving->order > there->order;
+    Layer before = *there;
+    *there = pick_layer(smaller, *moving, before);
+    *moving = pick_layer(smaller, before, *moving);
+}
 
 // NEST: adds a sphere in the lanes of a mask. The list is sorted, the smallest sphere first.
 // Returns the lanes where there was no room: of the largest sphere the far side will not be seen.
 static ints enter(Inside *inside, ints mask, ints sphere, ints order, reals ior) {
-    ints number = PICK_INT(mask, sphere + 1, 0);
-    order = PICK_INT(mask, order, 0);
-    for (int i = 0; i < NEST; i++) {
-        ints smaller = order > inside->order[i];
-        ints number_i = inside->sphere[i], order_i = inside->order[i];
-        reals ior_i = inside->ior[i];
-        inside->sphere[i] = PICK_INT(smaller, number, number_i);
-        inside->order[i] = PICK_INT(smaller, order, order_i);
-        inside->ior[i] = PICK(smaller, ior, ior_i);
-        number = PICK_INT(smaller, number_i, number);
-        order = PICK_INT(smaller, order_i, order);
-        ior = PICK(smaller, ior_i, ior);
-    }
-    return number != 0;
+    Layer moving = {PICK_INT(mask, sphere + 1, 0), PICK_INT(mask, order, 0), ior};
+    FOR_EACH_LAYER(settle(inside->layers + i, &moving))
+    return moving.sphere != 0;
+}
+
+// NEST: in the lanes of a mask a layer gives way to the next, if there is one.
+static void give_way(Inside *inside, ints mask, int i) {
+    Layer none = {0, 0, 1}, next = i + 1 < NEST ? inside->layers[(i + 1) % MAX_INSIDE] : none;
+    inside->layers[i] = pick_layer(mask, next, inside->layers[i]);
 }
 
 // NEST: takes a sphere out in the lanes of a mask.
 static void leave(Inside *inside, ints mask, ints sphere) {
     ints found = 0;
-    for (int i = 0; i < NEST; i++) {
-        found |= mask & (inside->sphere[i] == sphere + 1);
-        ints number = 0, order = 0;
-        reals ior = 1;
-        if (i + 1 < NEST) {
-            number = inside->sphere[(i + 1) % MAX_INSIDE];
-            order = inside->order[(i + 1) % MAX_INSIDE];
-            ior = inside->ior[(i + 1) % MAX_INSIDE];
-        }
-        inside->sphere[i] = PICK_INT(found, number, inside->sphere[i]);
-        inside->order[i] = PICK_INT(found, order, inside->order[i]);
-        inside->ior[i] = PICK(found, ior, inside->ior[i]);
-    }
+    FOR_EACH_LAYER(found |= mask & (inside->layers[i].sphere == sphere + 1);
+                   give_way(inside, found, i))
 }
 
-// NEST: PICK for what rays are inside of.
+// NEST: PICK for all layers.
 static Inside pick_inside(ints mask, Inside yes, Inside no) {
-    for (int i = 0; i < NEST; i++) {
-        yes.sphere[i] = PICK_INT(mask, yes.sphere[i], no.sphere[i]);
-        yes.order[i] = PICK_INT(mask, yes.order[i], no.order[i]);
-        yes.ior[i] = PICK(mask, yes.ior[i], no.ior[i]);
-    }
+    FOR_EACH_LAYER(yes.layers[i] = pick_layer(mask, yes.layers[i], no.layers[i]))
     return yes;
 }
 

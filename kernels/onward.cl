@@ -149,7 +149,7 @@ static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, A
 // Follows the rays of those lanes to what they meet next.
 static void go_on(const Scene *scene, Path *path, ints alive) {
     path->hit = first_hit(scene, path->ray, alive, false);
-    if (NEST && ANY(alive & (path->ray.inside.sphere[0] != 0))) {
+    if (NEST && ANY(alive & (path->ray.inside.layers[0].sphere != 0))) {
         path->hit = first_side(scene, path->hit, path->ray);
         path->hit.sphere = PICK_INT(alive, path->hit.sphere, -1);
     }

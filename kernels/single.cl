@@ -19,24 +19,24 @@ static Rays rays_of(Ray ray) {
     Rays rays = {{ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
                   ray.direction.z},
                  {ray.leaves}};
-    for (int n = 0; n < NEST; n++) rays.inside[n] = ray.inside.sphere[n];
+    FOR_EACH_LAYER(rays.inside[i] = ray.inside.layers[i].sphere)
     return rays;
 }
 
-// TREE: the ray of lane i.
-static Single single_of(const Rays *rays, int i) {
+// TREE: the ray of one lane.
+static Single single_of(const Rays *rays, int lane) {
     __private const real *r = EACH_REAL(rays->coordinates);
-    Single single = {{r[i], r[LANES + i], r[2 * LANES + i]},
-                     {r[3 * LANES + i], r[4 * LANES + i], r[5 * LANES + i]},
-                     EACH_INT(rays->leaves)[i]};
-    for (int n = 0; n < NEST; n++) single.inside[n] = EACH_INT(rays->inside[n])[i];
+    Single single = {{r[lane], r[LANES + lane], r[2 * LANES + lane]},
+                     {r[3 * LANES + lane], r[4 * LANES + lane], r[5 * LANES + lane]},
+                     EACH_INT(rays->leaves)[lane]};
+    FOR_EACH_LAYER(single.inside[i] = EACH_INT(rays->inside[i])[lane])
     return single;
 }
 
 // TREE: near_side() for one ray and 16 spheres.
 static wide_ints near_sides(Single ray, wide_ints ids) {
     wide_ints near = ids != ray.leaves;
-    for (int i = 0; i < NEST; i++) near &= ids + 1 != ray.inside[i];
+    FOR_EACH_LAYER(near &= ids + 1 != ray.inside[i])
     return near;
 }
 

@@ -27,13 +27,28 @@ typedef struct {
     int material;           // index
 } Sphere;
 
-#define MAX_INSIDE (NEST > 0 ? NEST : 1)  // an array has an element
-// NEST: the transparent spheres that a ray is inside of, the smallest first, see glass.cl.
+// NEST: a transparent sphere that a ray is inside of, each lane its own.
 typedef struct {
-    ints sphere[MAX_INSIDE];  // index + 1; 0: none
-    ints order[MAX_INSIDE];
-    reals ior[MAX_INSIDE];
+    ints sphere;  // index + 1; 0: none
+    ints order;   // as in Glass
+    reals ior;    // index of refraction
+} Layer;
+
+// NEST: all of them, the smallest first, see glass.cl.
+#define MAX_INSIDE (NEST > 0 ? NEST : 1)  // an array has an element
+typedef struct {
+    Layer layers[MAX_INSIDE];
 } Inside;
+
+// Does one thing for each `i` of these layers, which are four at most (MOST of clrt/glass.py). No loop:
+// what is indexed by no constant stays in memory until loops are unrolled, which is late, and all else
+// of a path with it.
+#define FOR_EACH_LAYER(thing) LAYER(0, thing) LAYER(1, thing) LAYER(2, thing) LAYER(3, thing)
+#define LAYER(number, thing) \
+    if (NEST > number) {     \
+        enum { i = number }; \
+        thing;               \
+    }
 
 // A ray of each lane, in the spheres' space.
 typedef struct {
@@ -48,7 +63,7 @@ typedef struct {
 // The lanes whose ray is inside of sphere s: none without NEST.
 static ints is_inside(Ray ray, ints s) {
     ints in = 0;
-    for (int i = 0; i < NEST; i++) in |= ray.inside.sphere[i] == s + 1;
+    FOR_EACH_LAYER(in |= ray.inside.layers[i].sphere == s + 1)
     return in;
 }
 
@@ -121,7 +136,7 @@ static Quadratic quadratic(Ray ray, __global const Sphere *sphere) {
 static ints ahead(Quadratic q, Ray ray, int s) {
     ints hit = (q.delta > 0) & (q.b < 0) & (q.c > 0);
     if (!LITERAL) hit &= ray.leaves != s;
-    if (NEST && ANY(ray.inside.sphere[0] != 0)) hit &= !is_inside(ray, s);
+    if (NEST && ANY(ray.inside.layers[0].sphere != 0)) hit &= !is_inside(ray, s);
     return hit;
 }
 
