@@ -40,7 +40,8 @@ def fill(
         film: (rows, columns, ...), contiguous.
         corner: its first pixel's column and row in the picture.
         packet: columns and rows of the pixels that a work-item renders.
-        arguments: the kernel's, see pack.arguments(). `lost`, if it is there, is filled.
+        arguments: the kernel's from `paths` on, in its order, see clrt.renderer.pack. `lost`, if it is
+            there, is filled.
         progress: called with the number of rows just finished.
 
     Returns:
@@ -51,11 +52,11 @@ def fill(
     columns = film.shape[1]
     same_for_all = (
         np.int32(corner[0]),
-        *(uploaded := upload(queue.context, every(arguments))).values(),
+        *(uploaded := upload(queue.context, arguments)).values(),
     )
     items = -(-columns // (GROUP * packet[0])) * GROUP
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
-    tests *= int(arguments.get("samples", 1))
+    tests *= max(int(arguments["samples"]), 1)
     rows = _whole(FIRST_BAND_TESTS // tests, packet[1])
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
@@ -95,7 +96,7 @@ def fill(
                 rows = finish_oldest()
         while under_way:
             finish_oldest()
-        if "lost" in arguments:
+        if arguments["lost"] is not None:
             cl.enqueue_copy(queue, arguments["lost"], uploaded["lost"])
     finally:
         queue.finish()  # the device writes to the film: an error must not free it
@@ -107,21 +108,6 @@ def _whole(rows: int, packet_rows: int) -> int:
     return max(rows // packet_rows, 1) * packet_rows
 
 
-ORDER = (
-    "paths top list from count samples points table max_depth shadow_bias camera sphere_count "
-    "spheres material_count materials light_count lights shades encloses sky_count skies background "
-    "sphere_colors glass around lost ids materials_of beads nodes leaves shape"
-).split()
-NUMBERS = {"top", "from", "count", "samples", "sky_count"}
-
-
-def every(arguments: dict[str, Any]) -> dict[str, Any]:
-    """All arguments of the kernel `render` from `paths` on, in its order: what is not given is 0 or
-    no buffer."""
-    missing = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
-    return missing | arguments
-
-
 def upload(context: "cl.Context", arguments: dict[str, Any]) -> dict[str, Any]:
     """A kernel's arguments on a device."""
     return {name: _uploaded(context, value) for name, value in arguments.items()}
@@ -131,7 +117,7 @@ def _uploaded(context: "cl.Context", value: Any) -> Any:
     """An array as a buffer; a number stays one."""
     import pyopencl as cl
 
-    if not isinstance(value, np.ndarray):  # a number, or a buffer that is there
+    if not isinstance(value, np.ndarray):  # a number, a buffer that is there, or None
         return value
     if value.size == 0:  # OpenCL has no empty buffers
         value = np.zeros(1, value.dtype)

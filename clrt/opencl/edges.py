@@ -35,7 +35,7 @@ def refine(
             are neighbours.
         paths: (rows, columns) uint32.
         kernels: `edges` and `render` of a program that refines.
-        arguments: of `render`, see clrt.renderer.pack.
+        arguments: of `render`, see bands.fill().
         progress: called with the number of rows just finished.
 
     Returns:
@@ -45,9 +45,7 @@ def refine(
 
     rows, columns = film.shape[:2]
     left, top, right, bottom = box
-    uploaded = bands.upload(queue.context, bands.every(arguments))
-    for name in ("paths", "top", "list", "from", "count"):
-        del uploaded[name]
+    uploaded = bands.upload(queue.context, arguments)
     block = max(BLOCK_PIXELS // columns, 1)
     found = cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, 4 * min(block, rows) * columns)
     seconds = 0.0
@@ -89,8 +87,8 @@ def refine(
             while start < total:
                 chunk = min(max(chunk, GROUP), total - start)
                 before, items = seconds, (-(-chunk // GROUP) * GROUP,)
-                each = None, 0, found, start, chunk, *uploaded.values()
-                ran(kernels["render"], items, (GROUP,), band, *place, *each)
+                each = uploaded | {"list": found, "from": start, "count": chunk}
+                ran(kernels["render"], items, (GROUP,), band, *place, *each.values())
                 start += chunk
                 chunk = int(chunk * min(bands.BAND_SECONDS / (seconds - before), bands.GROWTH))
                 if progress is not None:
@@ -101,7 +99,7 @@ def refine(
             shape, dtype = film[first:last].shape, film.dtype
             array, _ = cl.enqueue_map_buffer(queue, band, cl.map_flags.READ, 0, shape, dtype)
             array.base.release(queue)
-        if "lost" in arguments:
+        if arguments["lost"] is not None:
             cl.enqueue_copy(queue, arguments["lost"], uploaded["lost"])
     finally:
         queue.finish()  # the device writes to the film: an error must not free it

@@ -115,7 +115,6 @@ class Exposer:
         import pyopencl as cl
 
         features, kernels = programs[0]
-        arguments = pack.suited(arguments, features)
         x0, y0, x1, y1 = box
         if features.hashed:  # by a pixel, whose paths are compared with those inside
             x0, y0, x1, y1 = (
@@ -136,23 +135,23 @@ class Exposer:
             film = self.blank(shape, dtype, use)
         if features.nest:
             arguments = arguments | {"lost": np.zeros(2, np.int32)}
-        first, paths = pack.sampling(features, scene), None
+        first, paths = arguments | pack.sampling(features, scene), None
         if features.hashed:
             paths = cl.Buffer(self._queue.context, cl.mem_flags.READ_WRITE, 4 * shape[0] * shape[1])
-            first = {"paths": paths, "top": np.int32(y0)} | first
+            first |= {"paths": paths, "top": np.int32(y0)}
         seconds = bands.fill(
             film,
             (x0, y0),
             features.packet,
             self._queue,
             kernels["render"],
-            first | arguments,
+            first,
             progress if len(programs) == 1 else quiet(progress),
         )
         inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
         if len(programs) > 1 and paths is not None:
             features, kernels = programs[1]
-            more = pack.sampling(features, scene) | arguments
+            more = arguments | pack.sampling(features, scene)
             seconds += edges.refine(
                 film, (x0, y0), inside, paths, self._queue, kernels, more, progress
             )

@@ -198,8 +198,6 @@ class World:
     skies: tuple[AmbientLight, ...]
     """Ambient light that spheres hide."""
     materials: dict[str, Material]
-    is_glossy: bool
-    is_indirect: bool
     precision: Precision
     tree: bool
     spheres: Spheres
@@ -225,8 +223,6 @@ class World:
             self.given is scene.spheres
             and self.lights == scene.lights
             and self.materials == scene.materials
-            and self.is_glossy == scene.is_glossy
-            and self.is_indirect == scene.is_indirect
         )
 
 
@@ -248,17 +244,12 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     shades = np.zeros((rows, len(materials)), shade_dtype(real))
     with _overflow(precision):
         packed_materials["exponent"] = list(map(_exponent, materials))
-        packed_materials["reflection"] = [m.reflection for m in materials]
-        if nest:
-            for name in ("transmission", "ior", "fresnel"):
-                packed_materials[name] = [getattr(m, name) for m in materials]
-        if scene.is_glossy:
-            sine = np.array([m.roughness for m in materials], wide)
-            packed_materials["spread"] = sine**2 / (1 + np.sqrt(1 - sine**2))
-        if scene.is_indirect:
-            packed_materials["diffuse"] = np.clip(
-                np.array([m.diffuse for m in materials], wide).reshape(-1, 3), 0, MAX_COLOR
-            )
+        for name in ("reflection", "transmission", "ior", "fresnel"):
+            packed_materials[name] = [getattr(m, name) for m in materials]
+        sine = np.array([m.roughness for m in materials], wide)
+        packed_materials["spread"] = sine**2 / (1 + np.sqrt(1 - sine**2))
+        diffuse = np.array([m.diffuse for m in materials], wide).reshape(-1, 3)
+        packed_materials["diffuse"] = np.clip(diffuse, 0, MAX_COLOR)
         for color in COLORS:
             of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
             of_lights = [getattr(light, color) for light in shining]
@@ -276,8 +267,6 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         shining,
         skies,
         dict(scene.materials),
-        scene.is_glossy,
-        scene.is_indirect,
         precision,
         precision != "literal" and len(spheres) >= TREE_FROM,
         spheres,
@@ -441,10 +430,23 @@ BOUNCES, KINDS, SKY_RAYS = 4, 4, 4
 how many rays each of these gets."""
 
 
+NUMBERS = ("top", "from", "count", "samples", "sky_count")
+ORDER = (
+    *("paths", "top", "list", "from", "count", "samples", "points", "table"),
+    *("max_depth", "shadow_bias", "camera", "sphere_count", "spheres"),
+    *("material_count", "materials", "light_count", "lights", "shades", "encloses"),
+    *("sky_count", "skies", "background", "sphere_colors", "glass", "around", "lost"),
+    *("ids", "materials_of", "beads", "nodes", "leaves", "shape"),
+)
+"""The kernel's arguments from `paths` on, see render.cl."""
+NOTHING: dict[str, Any] = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
+"""Of a scene that needs none of them: no buffer, and nothing to count."""
+
+
 def sampling(features: Features, scene: Scene) -> dict[str, Any]:
-    """More of a kernel's arguments, before those of arguments(): how many samples a pixel gets, and
-    where they lie in it, see clrt.samples.offsets(). Where they are the lanes, x of as many as
-    there are lanes, then y, in whole rounds."""
+    """More of a program's arguments: how many samples a pixel gets, and where they lie in it, see
+    clrt.samples.offsets(). Where they are the lanes, x of as many as there are lanes, then y, in
+    whole rounds."""
     if not (features.refine or features.gather):
         return {}
     lanes = features.lanes if features.refine else 1
@@ -462,7 +464,8 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
 
 def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, Any]:
     """The kernel's arguments for a picture of width x height pixels, by name and in its order, from
-    max_depth on: NumPy scalars, and arrays that become buffers.
+    `paths` on: NumPy scalars, and arrays that become buffers. Any program takes them: those that
+    the scene has no use for are 0 and None. sampling() says how a program's pixels are sampled.
 
     Lengths are scaled by a power of two, which is exact and cannot be seen, so that the spheres
     reach about 1 from the camera: neither their squares nor those of anything larger than 1e-19 of
@@ -470,10 +473,10 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     the origin at the camera. "literal" leaves the scene where and as large as it is in the world,
     and treats no sphere in a special way. Everything is rounded once.
 
-    With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold. Nodes,
-    leaves and shape are None: clrt.opencl.tree makes them. So is `lost`, in how many packets rays
-    needed more room than they have in glass, two numbers: see enter() of glass.cl, and Aside of
-    render.cl.
+    With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold;
+    clrt.opencl.tree adds nodes, leaves and shape. Whoever runs the kernel adds `paths`, `top` and
+    `lost`: in how many packets rays needed more room than they have in glass, two numbers (enter()
+    of glass.cl, put_aside() of onward.cl).
     """
     literal = world.precision == "literal"
     # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
@@ -539,7 +542,7 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     chosen = world.spheres.center, world.spheres.radius
     if world.tree:
         chosen = chosen[0][listed], chosen[1][listed]
-    found: dict[str, Any] = {
+    found: dict[str, Any] = NOTHING | {
         "max_depth": np.int32(scene.max_depth),
         "shadow_bias": shadow_bias,
         "camera": camera,
@@ -551,40 +554,23 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         "lights": lights,
         "shades": world.shades,
         "encloses": _encloses(*chosen, world.shining),
+        "background": np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real),
+        "sphere_colors": world.colors,
+        "glass": world.glass,
     }
     if world.skies:
         far = np.array([light.distance for light in world.skies], wide)
         found["sky_count"] = np.int32(len(far))
         found["skies"] = np.minimum(scale * far, np.finfo(real).max).astype(real)
-    if _shows_background(world, scene):
-        found["background"] = np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real)
-    if world.colors is not None:
-        found["sphere_colors"] = world.colors
     if world.nest:
         media = _media(world, scene.camera)
-        around = np.zeros(world.nest, medium_dtype(real))
-        around[: len(media)] = media[: world.nest]
-        found |= {"glass": world.glass, "around": around, "lost": None}
+        found["around"] = np.zeros(world.nest, medium_dtype(real))
+        found["around"][: len(media)] = media[: world.nest]
     if world.tree:
         beads = _beads(world.spheres, origin.astype(np.float64), float(scale), real)
         beads[listed, 3] = beads[world.gone, 3] = np.nan
-        found |= {
-            "ids": listed.astype(np.int32),
-            "materials_of": world.material_of,
-            "beads": beads,
-            "nodes": None,
-            "leaves": None,
-            "shape": None,
-        }
-    return found
-
-
-def suited(arguments: dict[str, Any], features: Features) -> dict[str, Any]:
-    """A scene's arguments as a program takes them, which may draw nothing at random: what the
-    camera sees first, and paths, are asked for at a pixel's point."""
-    found = dict(arguments)
-    if not features.occlusion:
-        found.pop("sky_count", None), found.pop("skies", None)
+        found["ids"] = listed.astype(np.int32)
+        found |= {"materials_of": world.material_of, "beads": beads}
     return found
 
 
@@ -595,8 +581,6 @@ def _pack_lights(
 
     turn: the axes of that space; extent: how far the spheres reach in it before it is scaled.
     """
-    fades, spots = any(map(_fades, lights)), any(isinstance(light, SpotLight) for light in lights)
-    balls = any(light.is_round for light in lights)
     packed = np.zeros(len(lights), light_dtype(real))
     for light, one in zip(lights, packed, strict=True):
         if isinstance(light, DirectionalLight):
@@ -605,12 +589,9 @@ def _pack_lights(
             place = turn @ (np.array(light.position, turn.dtype) - origin)
         nearer = 1 / np.maximum(np.linalg.norm(place) / (MAX_DISTANCE * extent), 1)
         one["position"] = scale * nearer * place
-        if balls:
-            one["radius"] = _light_radius(light, place) * scale * nearer
-        if fades:
-            one["fade"], one["strength"] = _fade(light, scale * nearer)
-        if spots:
-            one["axis"], one["edge"] = _cone(light, turn)
+        one["radius"] = _light_radius(light, place) * scale * nearer
+        one["fade"], one["strength"] = _fade(light, scale * nearer)
+        one["axis"], one["edge"] = _cone(light, turn)
     return packed
 
 

@@ -121,7 +121,7 @@ def _try_here(device: "cl.Device", source: str, features: pack.Features) -> byte
         dtype, channels = pack.FILMS[features.film]
         film = np.empty((height, width, channels), dtype)
         everywhere = bands.upload(context, {"paths": np.arange(film.size, dtype=np.uint32)})
-        arguments = pack.sampling(features, scene) | arguments
+        arguments = arguments | pack.sampling(features, scene)
         if features.nest:
             arguments["lost"] = np.zeros(2, np.int32)
         edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
