@@ -42,9 +42,9 @@ static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *en
 }
 
 // TREE: the spheres of lanes, centre and radius: lane i's are [i], [LANES + i] and so on.
-static void gather_beads(__private reals *gathered, ints spheres, __global const Bead *beads) {
+static void gather_beads(__private reals *own, ints spheres, __global const Bead *beads) {
     __private const INTEGER *sphere = EACH_INT(spheres);
-    __private real *each = (__private real *)gathered;
+    __private real *each = (__private real *)own;
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
         __global const Bead *bead = beads + sphere[i];
@@ -57,13 +57,13 @@ static void gather_beads(__private reals *gathered, ints spheres, __global const
 static Hit far_side_of_bead(Hit hit, Ray ray, ints number, __global const Bead *beads) {
     if (!ANY(number > 0)) return hit;
     ints sphere = number - 1;
-    __private reals gathered[4] = {0, 0, 0, NAN};
-    gather_beads(gathered, sphere, beads);
+    __private reals own[4] = {0, 0, 0, NAN};
+    gather_beads(own, sphere, beads);
     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
-              ray.direction.z, gathered[0], gathered[1], gathered[2], gathered[3])
+              ray.direction.z, own[0], own[1], own[2], own[3])
     Quadratic q = {b, c, delta};
     // Of those in the list beside the tree the radius is NaN.
-    ints in = (sphere >= 0) & (gathered[3] > 0);
+    ints in = (sphere >= 0) & (own[3] > 0);
     return closer_of(hit, in, way_out(q, ray.leaves == sphere), sphere);
 }
 
@@ -122,10 +122,10 @@ static Surface surface_of_beads(Vector point, ints hit, __global const Bead *bea
                                 __global const int *materials_of,
                                 __global const Material *materials, __global const Glass *glass,
                                 real shadow_bias, ints *material) {
-    __private reals gathered[4] = {0, 0, 0, 1};
-    gather_beads(gathered, hit, beads);
-    reals radius = gathered[3];
-    Vector normal = minus(point, vector(gathered[0], gathered[1], gathered[2]));
+    __private reals own[4] = {0, 0, 0, 1};
+    gather_beads(own, hit, beads);
+    reals radius = own[3];
+    Vector normal = minus(point, vector(own[0], own[1], own[2]));
     Surface surface = {scaled(normal, 1 / radius), 0};
     *material = gather_materials(&surface, hit, materials_of, materials, glass);
     // As clrt/pack.py works it out for a Sphere.

@@ -56,9 +56,20 @@ static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw 
     return 1 - hidden / SKY_RAYS;
 }
 
-// Light from all sides, from row to row of the shades behind those of the lights.
+// OCCLUSION: adds light from all sides that spheres hide. row: of the first sky's shades.
+static void add_skies(const Scene *scene, Path *path, const Place *place,
+                      __global const Shade *row) {
+    ints on = place->shown;
+    for (int k = 0; k < scene->sky_count; k++, row += scene->material_count) {
+        reals open = open_sky(scene, path->ray, place->surface.normal, on, path->draw, k);
+        reals share = path->weight * open;
+        Vector light = shaded(scene, path, place, on, row, 0, 0);
+        path->color = pick3(on, along(path->color, share, light), path->color);
+    }
+}
+
+// AMBIENT or OCCLUSION: adds light from all sides. Its shades stand behind those of the lights.
 static void add_ambient(const Scene *scene, Path *path, Place *place) {
-    if (!AMBIENT && !OCCLUSION) return;
     ints on = place->reached = place->shown;
     place->missed = 0;
     __global const Shade *row = scene->shades + scene->light_count * scene->material_count;
@@ -67,12 +78,7 @@ static void add_ambient(const Scene *scene, Path *path, Place *place) {
         path->color = pick3(on, along(path->color, path->weight, light), path->color);
         row += scene->material_count;
     }
-    for (int k = 0; OCCLUSION && k < scene->sky_count; k++, row += scene->material_count) {
-        reals open = open_sky(scene, path->ray, place->surface.normal, on, path->draw, k);
-        reals share = path->weight * open;
-        Vector light = shaded(scene, path, place, on, row, 0, 0);
-        path->color = pick3(on, along(path->color, share, light), path->color);
-    }
+    if (OCCLUSION) add_skies(scene, path, place, row);
 }
 
 // How a light is seen from the places of paths.
@@ -105,7 +111,7 @@ static void see_round(const Scene *scene, Path *path, Place *place, int k, Seen 
 // How paths see light k.
 static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     __global const Light *light = scene->lights + k;
-    bool is_round = ROUND && light->radius > 0;
+    bool is_round = light->radius > 0;
     Seen seen;
     Vector to_light = minus(splat(light->position), path->ray.origin);
     reals distance2 = dot3(to_light, to_light), inv_distance = inverse_sqrt(distance2);
@@ -113,8 +119,8 @@ static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     Vector to_middle = to_light, end_of_rays = splat(light->position);
     seen.distance = distance2 * inv_distance;
     reals length = seen.distance;
-    if (is_round) seen.cap = cap_of(to_light, seen.distance, light->radius);
-    if (is_round && RANDOM) {
+    if (ROUND && is_round) seen.cap = cap_of(to_light, seen.distance, light->radius);
+    if (ROUND && RANDOM && is_round) {
         Pair pair = drawn(path->draw, LIGHT_POINT, k, 0);
         to_light = tilted(to_light, pair.u * seen.cap.versine, pair.v);
         length *= 1 - pair.u * seen.cap.versine;
@@ -125,13 +131,13 @@ static Seen see(const Scene *scene, Path *path, Place *place, int k) {
     seen.ray.direction = to_light;
     seen.share = path->weight;
     seen.lit = place->shown & (seen.diffuse >= place->surface.horizon);
-    if (is_round && !RANDOM) seen.lit = place->shown & (seen.diffuse > -seen.cap.sine);
+    if (ROUND && !RANDOM && is_round) seen.lit = place->shown & (seen.diffuse > -seen.cap.sine);
     if (SPOT) {
         reals part = cone(light, to_middle);
         seen.lit &= part > 0;
         seen.share *= part;
     }
-    if (is_round && !RANDOM) {
+    if (ROUND && !RANDOM && is_round) {
         see_round(scene, path, place, k, &seen);
     } else {
         seen.veil = taken_of_light(scene, k, seen.ray, length, end_of_rays, seen.lit);
@@ -180,7 +186,7 @@ static void add_light(const Scene *scene, Path *path, Place *place, int k) {
 
 // Adds all light that reaches where the path is.
 static void add_lights(const Scene *scene, Path *path, Place *place) {
-    add_ambient(scene, path, place);
+    if (AMBIENT || OCCLUSION) add_ambient(scene, path, place);
     if (NEST && !ANY(place->shown)) return;  // all lanes are at a far side
     for (int k = 0; k < scene->light_count; k++) add_light(scene, path, place, k);
 }

@@ -127,7 +127,7 @@ static ints turn_at_glass(const Scene *scene, Path *path, Place *place, Vector o
     return (crossing | mirrors) & (path->weight > 0);
 }
 
-// Gives each path its next ray. Returns the lanes that have one.
+// REFLECTION: gives each path its next ray. Returns the lanes that have one.
 static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, Aside *aside) {
     Vector normal = place->surface.normal, in = path->ray.direction;
     Vector onward = along(in, -2 * dot3(in, normal), normal);  // mirrored
@@ -146,7 +146,7 @@ static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, A
     return place->reached & (path->weight > 0);
 }
 
-// Follows the rays of those lanes to what they meet next.
+// REFLECTION: follows the rays of those lanes to what they meet next.
 static void go_on(const Scene *scene, Path *path, ints alive) {
     path->hit = first_hit(scene, path->ray, alive, false);
     if (NEST && ANY(alive & (path->ray.inside.layers[0].sphere != 0))) {

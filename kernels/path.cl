@@ -148,8 +148,11 @@ static Place arrive(const Scene *scene, Path *path) {
     path->ray.leaves = path->hit.sphere;
     path->draw.bounce = path->depth - 1;
     place.common = path->hit.common;
-    place.surface =
-        TREE ? surface_in_tree(scene, path, &place.material) : surface_in_list(scene, path);
+    if (TREE) {
+        place.surface = surface_in_tree(scene, path, &place.material);
+    } else {
+        place.surface = surface_in_list(scene, path);
+    }
     Vector normal = place.surface.normal;
     path->ray.origin = along(path->point, scene->shadow_bias, normal);
     place.shown = path->hit.sphere >= 0;

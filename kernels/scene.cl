@@ -42,7 +42,8 @@ typedef struct {
 
 // From the camera's axes to those of the spheres' space.
 static Vector in_space(const Scene *scene, Vector v) {
-    return TREE ? in_world(scene->camera, v.x, v.y, v.z) : v;
+    if (TREE) return in_world(scene->camera, v.x, v.y, v.z);
+    return v;
 }
 
 // The spheres that rays meet first, in the lanes that are on. common: they have one origin.

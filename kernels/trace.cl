@@ -2,12 +2,13 @@
 
 // FILM_PASSES: the spheres that the camera sees first, how far away along the ray, of which the camera is
 // a point or (ORTHOGRAPHIC) beside one, and their normals in the world.
-static Sample passes_of(const Scene *scene, Path path, Vector normal) {
-    Vector from_eye = minus(path.point, splat(scene->camera->eye));
+static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
+    Vector from_eye = minus(path->point, splat(scene->camera->eye));
+    if (!TREE) normal = in_world(scene->camera, normal.x, normal.y, normal.z);
     Sample sample = {{0}};
-    sample.sphere = path.hit.sphere;
-    sample.depth = dot3(from_eye, path.ray.direction) * scene->camera->unit;
-    sample.normal = TREE ? normal : in_world(scene->camera, normal.x, normal.y, normal.z);
+    sample.sphere = path->hit.sphere;
+    sample.depth = dot3(from_eye, path->ray.direction) * scene->camera->unit;
+    sample.normal = normal;
     return sample;
 }
 
@@ -26,12 +27,12 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw) {
         if (!REFLECTION) break;
         ints alive = turn(scene, &path, &place, &splits, aside);
         if (path.depth == scene->max_depth || !ANY(alive)) {
-            if (splits.count == 0) break;
+            if (!SPLIT || splits.count == 0) break;
             alive = take_aside(&path, &splits, aside);
         }
         go_on(scene, &path, alive);
     }
-    if (FILM_PASSES) return passes_of(scene, path, first_normal);
+    if (FILM_PASSES) return passes_of(scene, &path, first_normal);
     if (SPLIT) path.hash = splits.ended + PICK_INT(splits.traced, path.hash, 0);
     Sample sample = {path.color, alpha, path.hash};
     return sample;

@@ -212,7 +212,7 @@ def test_a_chord_ends_on_its_sphere(
     random = np.random.default_rng(8)
     n = 1 << 16
     center = np.array([[0.0, 0.0, -(radius + away)]], wide)
-    sphere = pack._pack_spheres(center, np.array([radius], wide), 0.0, real, transparent=True)
+    sphere = pack._pack_spheres(center, np.array([radius], wide), 0.0, real)
     out, aside = (v / np.linalg.norm(v, axis=0) for v in random.normal(size=(2, 3, n)))
     if radius > 4 * away:  # a giant: near the camera
         out = np.array([[0.0], [0.0], [1.0]]) + random.uniform(-1, 1, (3, n)) / radius

@@ -1,7 +1,6 @@
 """Packing: the dtypes are the kernel's structs, and giants are anchored where they should be."""
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -25,6 +24,8 @@ STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
     "Material": pack.material_dtype,
     "Light": pack.light_dtype,
     "Shade": pack.shade_dtype,
+    "Glass": pack.glass_dtype,
+    "Medium": pack.medium_dtype,
     "Node": tree.node_dtype,
     "Leaf": tree.leaf_dtype,
     "Shape": tree.shape_dtype,
@@ -122,68 +123,39 @@ def test_shades_are_products_of_material_and_light() -> None:
     assert (found.shades[1, gold]["diffuse"] == expected).all()
 
 
+def used(world: pack.World, scene: Scene, *wanted: Any) -> list[str]:
+    """What a program is told that it has: the other features are 0."""
+    options = pack.features(world, scene, *wanted).options
+    return [option[2:] for option in options if not option.endswith("=0")]
+
+
 def test_a_program_has_what_its_scene_uses() -> None:
     scene = clrt.load_scene("four-spheres")
     world = pack.pack_world(scene, "robust")
-    assert pack.features(world, scene, 16, "bytes").options == [
-        "-DLANES=16", "-DFILM_BYTES", "-DREFLECTION"
-    ]  # fmt: skip
-    assert not pack.features(world, replace(scene, max_depth=1), 16, "bytes").reflection
+    assert used(world, scene, 16, "bytes") == ["LANES=16", "FILM_BYTES=1", "REFLECTION=1"]
+    assert "REFLECTION=1" not in used(world, replace(scene, max_depth=1), 16, "bytes")
     matte = {name: replace(m, reflection=0.0) for name, m in scene.materials.items()}
     dull = replace(scene, materials=matte)
-    assert not pack.features(pack.pack_world(dull, "robust"), dull, 16, "bytes").reflection
+    assert "REFLECTION=1" not in used(pack.pack_world(dull, "robust"), dull, 16, "bytes")
     far = replace(scene, camera=clrt.Camera((0, 0, 99), (0, 0, 0), fov=1.0))
-    assert pack.features(world, far, 16, "float").options == [
-        "-DLANES=16", "-DREFLECTION", "-DLONG_LENS"
-    ]  # fmt: skip
+    assert used(world, far, 16, "float") == ["LANES=16", "REFLECTION=1", "LONG_LENS=1"]
     lit = replace(scene, lights=[clrt.Light(scene.spheres[0].center)])
-    assert pack.features(pack.pack_world(lit, "double"), lit, 1, "paths").options == [
-        "-DLANES=1", "-DDOUBLE", "-DFILM_PATHS", "-DREFLECTION", "-DLIGHT_INSIDE"
+    assert used(pack.pack_world(lit, "double"), lit, 1, "paths") == [
+        "LANES=1", "DOUBLE=1", "FILM_PATHS=1", "REFLECTION=1", "LIGHT_INSIDE=1"
     ]  # fmt: skip
 
 
-def test_the_kernels_ask_for_nothing_else() -> None:
-    """A -D that is misspelt on either side would be silent."""
-    asked = set(re.findall(r"\b(?:ifn?def|defined)[ (]+(\w+)", kernel_source()))
-    asked -= set(re.findall(r"#define (\w+)", kernel_source()))
-    asked -= {"__has_builtin", "__AVX512F__", "__AVX512DQ__", "PYOPENCL_USING_OCLGRIND"}
-    asked -= {"__FMA__", "__FMA4__", "FP_FAST_FMAF", "BRUTE"}  # what the compiler has; for tests
-    told: set[str] = set()
-    for precision in pack.PRECISIONS:
-        for film in pack.FILMS:
-            used = dict.fromkeys(pack.USES, True)
-            told |= {o[2:] for o in pack.Features(1, precision, film, **used).options}
-    assert asked == told - {"LANES=1"}
-
-
-RANDOM = {"occlusion", "lens", "gloss", "indirect"}
-STAGES = {
-    "edges": {"refine"},
-    "few samples, then edges": {"hashed", "gather"},
-    "many samples": {"gather", *RANDOM},
-}
-OTHERS = set(pack.USES) - set().union(*STAGES.values()) - {"long_lens", "orthographic"}
-TOGETHER = {"nothing": set(), "mirrors": {"reflection"}, "all": OTHERS} | {
-    name: OTHERS | uses for name, uses in STAGES.items()
-}
-
-
-@pytest.mark.parametrize("together", TOGETHER)
-@pytest.mark.parametrize("film", pack.FILMS)
-def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device, film, together) -> None:
-    if together in STAGES and film in ("passes", "paths"):
-        return
-    features = pack.Features(4, "robust", film, **dict.fromkeys(TOGETHER[together], True))
-    scene = trial.scene_for(features)
-    names = ["film", "first_row", "width", "height", "first_column"]
-    names += ["paths", "top"] * features.hashed + ["list", "from", "count"] * features.refine
-    given = pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9)
-    names += pack.sampling(features, scene) | pack.suited(given, features)
-    context = cl.Context([device])
-    program = cl.Program(context, kernel_source())
-    kernel = program.build(options=[*features.options, "-cl-kernel-arg-info"]).render
-    info = cl.kernel_arg_info.NAME
-    assert [kernel.get_arg_info(i, info) for i in range(kernel.num_args)] == names
+def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
+    for used in ({}, {"tree": True, "nest": 2, "background": True}):
+        features = pack.Features(4, "robust", "float", **used)
+        scene = trial.scene_for(features)
+        given = pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9)
+        given |= pack.sampling(features, scene)
+        program = cl.Program(cl.Context([device]), kernel_source())
+        kernel = program.build(options=[*features.options, "-cl-kernel-arg-info"]).render
+        info = cl.kernel_arg_info.NAME
+        names = [kernel.get_arg_info(i, info) for i in range(kernel.num_args)]
+        assert names == ["film", "first_row", "width", "height", "first_column", *given]
 
 
 def test_a_world_is_packed_again_only_if_it_changes() -> None:

@@ -1,23 +1,17 @@
 """Programs are kept as binaries, and a spoilt one does no harm."""
 
-import functools
-import io
 import os
-import re
 from pathlib import Path
 
 import numpy as np
-import pcpp  # type: ignore[import-untyped]
 import pyopencl as cl
 import pytest
-from msgspec.structs import replace
 
 import clrt
 from clrt import storage
 from clrt.errors import DeviceError
 from clrt.figure.rendering import Renderer
 from clrt.opencl import program
-from clrt.renderer.pack import USES, Features
 
 
 def picture(device: cl.Device) -> np.ndarray:
@@ -90,32 +84,3 @@ def test_a_program_belongs_to_cpu_and_width(
     assert path() == before
     monkeypatch.setattr("clrt.opencl.pocl.name_given", lambda device: "another")
     assert path() != before
-
-
-@functools.cache
-def tokens(features: Features) -> list[str]:
-    """Of the source that is compiled, after the preprocessor."""
-    reader = pcpp.Preprocessor()
-    reader.line_directive = None
-    for option in features.options:
-        reader.define(option.removeprefix("-D").replace("=", " "))
-    reader.parse(program.kernel_source())
-    text = io.StringIO()
-    reader.write(text)
-    return re.findall(r"\w+|[^\w\s]", text.getvalue())
-
-
-PLAIN = Features(4, "robust", "float")
-
-
-def own_words(name: str) -> set[str]:
-    """What a feature brings into the kernels' text."""
-    return set(tokens(replace(PLAIN, **{name: True}))) - set(tokens(PLAIN))
-
-
-@pytest.mark.parametrize("name", USES)
-def test_a_feature_leaves_nothing_in_a_program_without_it(name: str) -> None:
-    assert tokens(replace(PLAIN, **{name: True})) != tokens(PLAIN)
-    others = [other for other in USES if other not in (name, "split")]
-    words = own_words(name).difference(*map(own_words, others))
-    assert not words & set(tokens(replace(PLAIN, **dict.fromkeys(others, True))))

@@ -115,6 +115,39 @@ AT_RANDOM = {
 """The truth knows none of it: see tests/test_random.py."""
 
 
+BEFORE = '#line 1 "cone.cl"'
+BRUTE = """
+static int leaves_of(Shape shape) { return (shape.node_count - shape.lowest) * shape.per_node; }
+#define FOR_ALL(leaf, k)                                                                   \\
+    for (__global const Leaf *leaf = tree->leaves, *end = leaf + leaves_of(tree->shape);   \\
+         leaf < end; leaf++)                                                               \\
+        for (int k = 0; k < WIDE; k++)
+static Hit nearest_of_all(const Tree *tree, Hit hit, Ray ray, ints on, bool common) {
+    FOR_ALL(leaf, k) {
+        PACKET_QUADRATIC(ray, leaf, k)
+        ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
+        if (ANY(met)) hit = closer_of(hit, met, FIRST_ROOT, leaf->id[k]);
+    }
+    return hit;
+}
+static ints taken_by_all(const Tree *tree, Ray ray, reals distance, Vector light, ints on,
+                         bool near) {
+    ints taken = 0;
+    FOR_ALL(leaf, k) {
+        PACKET_QUADRATIC(ray, leaf, k)
+        ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
+                   ((near ? FIRST_ROOT : -b) < distance);
+        int id = leaf->id[k];
+        if (id >= 0) taken = taken_with(taken, met, NEST && !near ? tree->glass[id].veil : OPAQUE);
+    }
+    return taken;
+}
+#define nearest_in_tree nearest_of_all
+#define taken_in_tree taken_by_all
+"""
+"""Every sphere in place of the tree's, one after the other."""
+
+
 @pytest.fixture
 def ways(monkeypatch: pytest.MonkeyPatch):
     """Pictures of a scene by each way through its tree, the last one without: all, in turn."""
@@ -130,7 +163,8 @@ def ways(monkeypatch: pytest.MonkeyPatch):
             monkeypatch.setattr(tree, "SPHERES_IN_BEAM", spheres)
             monkeypatch.setattr(tree, "BUDGET", budget)
             found[way] = renderer_for(device, lanes, precision).render(scene, *SIZE)
-        source = "#define BRUTE\n" + program.kernel_source()
+        source = program.kernel_source().replace(BEFORE, BRUTE + BEFORE)
+        assert source != program.kernel_source()
         monkeypatch.setattr(program, "kernel_source", lambda: source)
         found["the list"] = Renderer(device=device, lanes=lanes, precision=precision).render(
             scene, *SIZE

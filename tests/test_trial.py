@@ -81,8 +81,9 @@ def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
     trial.try_here(device, source, with_all)
     for less in without:
         lying = source
-        for name in set(with_all.options) - set(less.options):
-            lying = f"#undef {name[2:]}\n" + lying
+        for option in set(with_all.options) - set(less.options):
+            name = option[2:].split("=")[0]
+            lying = f"#undef {name}\n#define {name} 0\n" + lying
         with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
             trial.try_here(device, lying, with_all)
 

@@ -40,8 +40,8 @@ def fill(
         film: (rows, columns, ...), contiguous.
         corner: its first pixel's column and row in the picture.
         packet: columns and rows of the pixels that a work-item renders.
-        arguments: the kernel's from `paths` on, in its order, see clrt.renderer.pack. `lost`, if it is
-            there, is filled.
+        arguments: the kernel's from `paths` on, in its order, see clrt.renderer.pack. `lost`, if
+            it is there, is filled.
         progress: called with the number of rows just finished.
 
     Returns:

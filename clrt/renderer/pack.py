@@ -475,8 +475,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
 
     With a tree `beads` has all spheres, and `spheres` those that the tree cannot hold;
     clrt.opencl.tree adds nodes, leaves and shape. Whoever runs the kernel adds `paths`, `top` and
-    `lost`: in how many packets rays needed more room than they have in glass, two numbers (enter()
-    of glass.cl, put_aside() of onward.cl).
+    `lost`: in how many packets rays needed more room than there is, two numbers (enter() of
+    glass.cl, put_aside() of onward.cl).
     """
     literal = world.precision == "literal"
     # Where long double is wider than float64 it has the digits for r = 1e9 and the range for 1e300.
