@@ -146,8 +146,8 @@ def test_a_program_has_what_its_scene_uses() -> None:
 
 
 def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
-    for used in ({}, {"tree": True, "nest": 2, "background": True}):
-        features = pack.Features(4, "robust", "float", **used)
+    for uses in (), ("reflection", "tree", "nest", "background", "gather", "lens", "gloss"):
+        features = pack.Features(4, "robust", "float", **dict.fromkeys(uses, True))
         scene = trial.scene_for(features)
         given = pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9)
         given |= pack.sampling(features, scene)

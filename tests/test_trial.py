@@ -142,7 +142,8 @@ def test_wrong_samples_are_found(device: cl.Device, uses: tuple[str, ...]) -> No
 def test_a_wrong_background_is_found(device: cl.Device, film) -> None:
     features = Features(4, "robust", film, reflection=True, background=True)
     source = program.kernel_source()
-    wrong = source.replace("splat(scene.background)", "scaled(splat(scene.background), REAL(0.9))")
+    background = "splat(scene->background)"
+    wrong = source.replace(background, f"scaled({background}, REAL(0.9))")
     assert trial.try_here(device, source, features)
     with pytest.raises(DeviceError, match=r"is wrong about \d+ of 1313 pixels"):
         trial.try_here(device, wrong, features)
