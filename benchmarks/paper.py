@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks import harness
 from clrt.scene.light import Light
-from clrt.scene.scene import Material, Scene
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 
 Vector = NDArray[np.float64]

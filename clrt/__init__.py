@@ -37,8 +37,12 @@ if TYPE_CHECKING:
     from clrt.particles import palette as palette
     from clrt.particles.particlefile import ParticleFile
     from clrt.particles.particles import Particles
+    from clrt.scene.animation import Animation, Key
+    from clrt.scene.camera import Camera
+    from clrt.scene.film import Cell, Film, LegendEntry
     from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
-    from clrt.scene.scene import Animation, Camera, Cell, Film, Key, LegendEntry, Material, Scene
+    from clrt.scene.material import Material
+    from clrt.scene.scene import Scene
     from clrt.scene.spheres import Sphere, Spheres
     from clrt.viewer.notebook import show
 
@@ -64,16 +68,11 @@ _HOMES = {
     "clrt.figure.plot": ("Picture", "plot"),
     "clrt.figure.rendering": ("Renderer", "render"),
     "clrt.scene.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
-    "clrt.scene.scene": (
-        "Animation",
-        "Camera",
-        "Cell",
-        "Film",
-        "Key",
-        "LegendEntry",
-        "Material",
-        "Scene",
-    ),
+    "clrt.scene.animation": ("Animation", "Key"),
+    "clrt.scene.camera": ("Camera",),
+    "clrt.scene.film": ("Cell", "Film", "LegendEntry"),
+    "clrt.scene.material": ("Material",),
+    "clrt.scene.scene": ("Scene",),
     "clrt.scene.spheres": ("Sphere", "Spheres"),
     "clrt.viewer.notebook": ("show",),
     "clrt.files.scenefile": ("builtin_scenes", "load_scene"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clrt.film import color, develop
-from clrt.scene.scene import Cell, Film
+from clrt.scene.film import Cell, Film
 
 Array = np.ndarray[Any, Any]
 RANDOM = np.random.default_rng(5)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.errors import SceneError
-from clrt.scene.scene import Camera
+from clrt.scene.camera import Camera
 from clrt.viewer import orbit
 
 SIZE = (64, 36)

@@ -12,7 +12,7 @@ from clrt.errors import RequestError, SceneError
 
 if TYPE_CHECKING:
     from clrt.figure.rendering import Renderer
-    from clrt.scene.scene import Camera
+    from clrt.scene.camera import Camera
 
 Command: TypeAlias = Callable[..., None]
 

@@ -13,7 +13,7 @@ from clrt.film.decor import legend
 from clrt.particles import elements, palette
 from clrt.particles.particlefile import MATTE
 from clrt.particles.particles import Particles
-from clrt.scene.scene import Cell, Film
+from clrt.scene.film import Cell, Film
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, frozen, some
 

@@ -15,7 +15,8 @@ from clrt.film.decor import panel
 from clrt.film.decor.cell import corners_of
 from clrt.particles.particlefile import coloring
 from clrt.particles.particles import Particles
-from clrt.scene.scene import Cell, Film, Scene
+from clrt.scene.film import Cell, Film
+from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 from clrt.values import number, require, switches
 

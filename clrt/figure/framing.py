@@ -8,7 +8,7 @@ import numpy as np
 
 from clrt.errors import RequestError
 from clrt.scene import lens
-from clrt.scene.scene import Camera
+from clrt.scene.camera import Camera
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, Vec3
 

@@ -10,7 +10,8 @@ from msgspec.structs import replace
 from clrt.errors import RequestError, SceneError
 from clrt.figure.styles import STYLES
 from clrt.particles.particlefile import MATTE, ParticleFile
-from clrt.scene.scene import Film, Scene
+from clrt.scene.film import Film
+from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 
 if TYPE_CHECKING:

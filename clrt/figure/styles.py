@@ -9,8 +9,10 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from clrt.errors import RequestError
+from clrt.scene.camera import Camera
 from clrt.scene.light import AmbientLight, DirectionalLight, LightKind
-from clrt.scene.scene import Camera, Material, Scene
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene
 from clrt.values import BLACK, Color, Vec3
 
 VERSION = 1

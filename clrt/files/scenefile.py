@@ -11,8 +11,10 @@ from msgspec.structs import replace
 
 from clrt import storage
 from clrt.errors import SceneError
+from clrt.scene.camera import Camera
 from clrt.scene.light import LIGHT_KINDS
-from clrt.scene.scene import Camera, Material, Scene
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clrt.film import color
-from clrt.scene.scene import Film
+from clrt.scene.film import Film
 from clrt.values import Color
 
 Array = NDArray[Any]

@@ -15,7 +15,9 @@ from clrt.errors import RequestError, SceneError
 from clrt.figure.rendering import Renderer
 from clrt.opencl.device import check_process
 from clrt.pipeline import in_order
-from clrt.scene.scene import CAMERA_VECTORS, LENSES, Animation, Camera, Scene
+from clrt.scene.animation import Animation
+from clrt.scene.camera import CAMERA_VECTORS, LENSES, Camera
+from clrt.scene.scene import Scene
 
 Array = NDArray[Any]
 

@@ -5,7 +5,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene.scene import Camera, Material
+from clrt.scene.camera import Camera
+from clrt.scene.material import Material
 from clrt.scene.spheres import Spheres
 
 Array: TypeAlias = NDArray[Any]

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from clrt.errors import RequestError
 from clrt.renderer import glass, samples
 from clrt.scene import lens
+from clrt.scene.camera import Camera
 from clrt.scene.light import AmbientLight, DirectionalLight, LightKind, Shining, SpotLight
-from clrt.scene.scene import Camera, Material, Scene, beyond_paper
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene, beyond_paper
 from clrt.scene.spheres import Sphere, Spheres
 from clrt.values import BLACK
 

@@ -28,8 +28,11 @@ from clrt.opencl import bands, edges, pocl, program
 from clrt.opencl.device import devices, identity
 from clrt.renderer import pack, samples
 from clrt.renderer.dispatch import Exposer
+from clrt.scene.camera import Camera
+from clrt.scene.film import Film
 from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
-from clrt.scene.scene import Camera, Film, Material, Scene
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 from clrt.truth import tracer
 from clrt.values import BLACK

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from clrt.scene.scene import Camera
+from clrt.scene.camera import Camera
 from clrt.scene.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]

@@ -25,8 +25,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
+from clrt.scene.camera import Camera
 from clrt.scene.light import AmbientLight, DirectionalLight, Shining, SpotLight
-from clrt.scene.scene import Camera, Scene, beyond_one_ray, beyond_paper
+from clrt.scene.scene import Scene, beyond_one_ray, beyond_paper
 from clrt.scene.spheres import Spheres
 
 Truth: TypeAlias = Literal["seed", "exact"]

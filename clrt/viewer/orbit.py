@@ -9,8 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from msgspec.structs import replace
 
+from clrt.scene.camera import Camera
 from clrt.scene.lens import half_screen
-from clrt.scene.scene import Camera
 from clrt.values import Array
 
 Pixel: TypeAlias = tuple[float, float]

@@ -13,7 +13,8 @@ from msgspec.structs import replace
 
 from clrt.errors import SceneError
 from clrt.figure.styles import STYLES
-from clrt.scene.scene import MAX_SAMPLES, Camera, Scene
+from clrt.scene.camera import Camera
+from clrt.scene.scene import MAX_SAMPLES, Scene
 from clrt.viewer import orbit
 from clrt.viewer.subject import Subject
 

@@ -16,7 +16,8 @@ from clrt.files.scenefile import as_scene
 from clrt.motion.animation import Way, all_frames
 from clrt.motion.trajectory import Flow
 from clrt.particles.particles import Particles
-from clrt.scene.scene import Camera, Scene
+from clrt.scene.camera import Camera
+from clrt.scene.scene import Scene
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:

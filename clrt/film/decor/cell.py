@@ -7,7 +7,8 @@ import numpy as np
 
 from clrt.film.develop import Marks
 from clrt.scene import lens
-from clrt.scene.scene import Camera, Cell
+from clrt.scene.camera import Camera
+from clrt.scene.film import Cell
 from clrt.values import Array, Color
 
 SIDE = 540

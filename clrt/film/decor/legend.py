@@ -8,7 +8,7 @@ import numpy as np
 
 from clrt.film import color
 from clrt.particles import elements, palette
-from clrt.scene.scene import LegendEntry
+from clrt.scene.film import LegendEntry
 from clrt.values import Array
 
 

@@ -13,7 +13,7 @@ from clrt.film.decor.lettering import font, legible
 from clrt.film.decor.ticks import ticks
 from clrt.film.develop import Marks
 from clrt.particles import palette
-from clrt.scene.scene import Film
+from clrt.scene.film import Film
 from clrt.values import BLACK, Array, Color
 
 if TYPE_CHECKING:
