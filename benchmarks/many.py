@@ -175,7 +175,7 @@ def measure(
 
             contenders["embree"] = other
         seconds = harness.in_turn(contenders, turns)
-    features, kernels = used = renderer._program(scene, "float", "picture")
+    features, kernels = used = renderer._programs_of(scene, ["float"])["float"][0]
     world = renderer._exposer.world(scene)
     assert features.tree
 

@@ -127,7 +127,7 @@ class Uniform:
     def render(self, scene: Scene, size: Size, region: Region | None = None) -> Array:
         """A float32 picture or a region of it."""
         with self._never_enough:
-            used = self.renderer._program(scene, "float", "edges")
+            used = self.renderer._programs_of(scene, ["float"])["float"][-1]
         arguments = self.renderer._exposer.arguments(scene, *size, used, 0.0)
         film = np.empty((size[1], size[0], 3), np.float32)
         unlike = np.arange(size[0] * size[1], dtype=np.uint32)  # each path but its own

@@ -2,10 +2,8 @@
 
 import itertools
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +16,8 @@ from clrt import storage
 from clrt.errors import DeviceError, DeviceWarning
 from clrt.figure.rendering import Renderer
 from clrt.opencl import program
-from clrt.opencl.device import devices
 from clrt.renderer import pack, trial
-from clrt.renderer.pack import LANES, PRECISIONS, Features
+from clrt.renderer.pack import PRECISIONS, Features
 
 EXPOSE = "Exposure exposure = exposure_of(sample);"
 PLAIN = Features(4, "robust", "float")
@@ -201,82 +198,6 @@ def test_none_works(device: cl.Device, tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(DeviceError, match=r"cannot be used: its compiler is wrong about"):
         Renderer(device=device, lanes=1).render(clrt.load_scene("four-spheres"), 9, 9)
-
-
-# What a child does in place of its work, and what is said of it.
-CRASHES = {
-    "ctypes.string_at(0)": "its compiler crashed (Segmentation fault)",
-    "os.abort()": "its compiler crashed (Aborted)",
-    "bytearray(3 << 30)": "its compiler crashed (exit status 1: MemoryError)",
-    "print('LLVM ERROR: out of memory', file=sys.stderr); os.abort()": (
-        "its compiler crashed (more than 2 GB of memory)"
-    ),
-    "time.sleep(99)": "its compiler took more than 2 s",
-    "sys.exit(7)": "its compiler crashed (exit status 7: )",
-}
-
-
-@pytest.mark.parametrize("code", CRASHES)
-def test_what_crashes_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
-    child = tmp_path / "python"
-    child.write_text(
-        f"#!{sys.executable} -P\nimport ctypes, os, sys, time\nfrom clrt.renderer import trial\n"
-        f"def crash(*words):\n    {code}\ntrial.try_here = crash\ntrial.main()\n"
-    )
-    child.chmod(0o755)
-    monkeypatch.setattr(trial, "SECONDS", 2 if "sleep" in code else 60)
-    monkeypatch.setattr(sys, "executable", str(child))
-    with pytest.raises(DeviceError) as error:
-        trial.tried(devices()[0], program.kernel_source(), PLAIN)
-    assert str(error.value) == CRASHES[code]
-
-
-def test_a_child_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No more processes, no Python to start, or a machine in which a child is elsewhere."""
-    source = program.kernel_source()
-    device = devices()[0]
-    for executable in ("", str(tmp_path / "none")):
-        monkeypatch.setattr(sys, "executable", executable)
-        assert trial.tried(device, source, PLAIN)
-    monkeypatch.undo()
-    monkeypatch.setattr(trial, "identity", lambda device: ("another",))
-    assert trial.tried(device, source, PLAIN)
-
-
-@pytest.mark.parametrize("lanes", LANES)
-def test_the_child_makes_what_is_made_here(lanes: int) -> None:
-    features = Features(lanes, "robust", "bytes")
-    device = devices()[0]
-    binary = trial.tried(device, program.kernel_source(), features)
-    built = program.loaded(cl.Context([device]), device, binary)
-    assert built.get_info(cl.program_info.KERNEL_NAMES) == "render"
-
-
-def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
-    """A terminal sends it to both; here the parent alone gets it."""
-    code = (
-        "from clrt.renderer import trial, pack\nfrom clrt.opencl import program\n"
-        "from clrt.opencl.device import devices\n"
-        "device = devices()[0]; print('ready', flush=True)\n"
-        "trial.tried(device, program.kernel_source() + '\\n' * 99, pack.Features(16, 'double', "
-        "'float', reflection=True))"
-    )
-    parent = subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    assert parent.stdout is not None
-    assert parent.stdout.readline() == "ready\n"
-    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
-    while not (found := children.read_text().split()):
-        pass
-    parent.send_signal(signal.SIGINT)
-    _, said = parent.communicate(timeout=20)
-    assert "KeyboardInterrupt" in said
-    for _ in range(100):
-        if not Path(f"/proc/{found[0]}").exists():
-            return
-        time.sleep(0.1)
-    pytest.fail("it lives")
 
 
 def test_picture_of_a_device_that_is_narrow(monkeypatch: pytest.MonkeyPatch) -> None:

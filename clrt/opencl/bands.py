@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 # The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
 # there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
+# PoCL compiles a kernel once more for grids that are larger in some direction. Launches stay within
+# it, but those of a picture that has more packets in a row.
+SMALL_GRID = 65528
 # Up to three bands are under way at a time. A band has at most so many pixels, enough to cost
 # nothing (half or twice as many take as long). The first ones have as many as test FIRST_BAND_TESTS
 # spheres, and what a band takes says how many rows a next one can have, GROWTH times as many at
@@ -54,10 +57,10 @@ def fill(
         np.int32(corner[0]),
         *(uploaded := upload(queue.context, arguments)).values(),
     )
-    items = -(-columns // (GROUP * packet[0])) * GROUP
+    items = padded(-(-columns // packet[0]), GROUP)
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
     tests *= max(int(arguments["samples"]), 1)
-    rows = _whole(FIRST_BAND_TESTS // tests, packet[1])
+    rows = _whole(min(FIRST_BAND_TESTS // tests, SMALL_GRID * packet[1]), packet[1])
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
     # empty while the host waits for the band before.
@@ -74,7 +77,8 @@ def fill(
         if progress is not None:
             progress(band_rows)
         fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
-        return _whole(int(min(fitting, BAND_PIXELS / columns)), packet[1])
+        most = min(BAND_PIXELS // columns, SMALL_GRID * packet[1])
+        return _whole(int(min(fitting, most)), packet[1])
 
     try:
         begun = 0
@@ -101,6 +105,11 @@ def fill(
     finally:
         queue.finish()  # the device writes to the film: an error must not free it
     return kernel_seconds
+
+
+def padded(items: int, group: int) -> int:
+    """So many work-items that they are whole groups."""
+    return -(-items // group) * group
 
 
 def _whole(rows: int, packet_rows: int) -> int:

@@ -11,7 +11,7 @@ from clrt.opencl import bands
 if TYPE_CHECKING:
     import pyopencl as cl
 
-GROUP = 8  # work-items, each of which traces many packets
+GROUP = 8  # work-items, each of which traces many packets, or looks at 16 pixels
 BLOCK_PIXELS = 1 << 24  # whose edges are listed at a time
 FIRST_SAMPLES = 1 << 22  # are traced at a time at first, then as many as take bands.BAND_SECONDS
 
@@ -46,7 +46,7 @@ def refine(
     rows, columns = film.shape[:2]
     left, top, right, bottom = box
     uploaded = bands.upload(queue.context, arguments)
-    block = max(BLOCK_PIXELS // columns, 1)
+    block = min(max(BLOCK_PIXELS // columns, 1), bands.SMALL_GRID)
     found = cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, 4 * min(block, rows) * columns)
     seconds = 0.0
 
@@ -64,20 +64,9 @@ def refine(
             count = bands.upload(queue.context, {"count": number})["count"]
             # A size of the group's is given: PoCL would compile the kernel again for each that it
             # chooses by itself, in every process. Items beyond the row's end find nothing.
-            size = -(-(right - left) // (16 * GROUP)) * GROUP, last - first
-            ran(
-                kernels["edges"],
-                size,
-                (GROUP, 1),
-                paths,
-                columns,
-                rows,
-                left,
-                first,
-                right,
-                found,
-                count,
-            )
+            size = bands.padded(-(-(right - left) // 16), GROUP), last - first
+            where = left, first, right
+            ran(kernels["edges"], size, (GROUP, 1), paths, columns, rows, *where, found, count)
             cl.enqueue_copy(queue, number, count)
             total, start, told = int(number[0]), 0, 0
             flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
@@ -85,8 +74,8 @@ def refine(
             place = corner[1] + first, columns, last - first, corner[0]
             chunk = FIRST_SAMPLES // int(arguments["samples"])
             while start < total:
-                chunk = min(max(chunk, GROUP), total - start)
-                before, items = seconds, (-(-chunk // GROUP) * GROUP,)
+                chunk = min(max(chunk, GROUP), total - start, bands.SMALL_GRID)
+                before, items = seconds, (bands.padded(chunk, GROUP),)
                 each = uploaded | {"list": found, "from": start, "count": chunk}
                 ran(kernels["render"], items, (GROUP,), band, *place, *each.values())
                 start += chunk

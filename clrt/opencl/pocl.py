@@ -144,6 +144,21 @@ def run_folder() -> Path:
     return _run_folder
 
 
+def spare_generic() -> None:
+    """Spares PoCL a second compilation of each kernel, to be called before a binary is asked for.
+
+    PoCL compiles a kernel for each size of work-group, and for a binary once more, for any size: a
+    third to a half of the time that a program takes. clrt runs each kernel with one size only
+    (clrt/opencl/bands.py, edges.py, tree.py), so the library of that size stands in for the other.
+    A size that the binary lacks would be compiled when it is met, as ever.
+    """
+    for library in run_folder().glob("*/*/*/*-smallgrid/*.so"):
+        generic = library.parent.parent / "0-0-0" / library.name
+        with suppress(OSError):  # it is there, or a file system has no links
+            generic.parent.mkdir(exist_ok=True)
+            os.link(library, generic)
+
+
 def _remove(folder: Path, owner: int) -> None:
     if os.getpid() == owner:  # and not a fork of it
         shutil.rmtree(folder, ignore_errors=True)

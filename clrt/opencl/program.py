@@ -85,6 +85,7 @@ def binary(program: "cl.Program") -> bytes:
     """
     import pyopencl as cl
 
+    pocl.spare_generic()
     (found,) = cast(list[bytes], program.get_info(cl.program_info.BINARIES))
     return found
 

@@ -1,5 +1,6 @@
 """Engine: a device, its programs and a scene's buffers, which together make a film."""
 
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -7,7 +8,6 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt import storage
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 Array: TypeAlias = NDArray[Any]
+PATIENCE = 1  # seconds after which a person wonders
 
 
 class Engine:
@@ -66,6 +67,9 @@ class Engine:
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
         self._exposer = Exposer(self._queue, precision)
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
+        self.quiet = False
+        """Whether a terminal is not told when compiling takes long."""
+        self._told = False
         self.kernel_seconds = 0.0
         """How long kernels ran for the last picture, by the device's own clock."""
 
@@ -97,7 +101,7 @@ class Engine:
         with self._lock, self._errors():
             box = 0, 0, *check_size(width, height)
             _check_read(scene)
-            used = self._programs_of(scene, "paths")
+            used = self._programs_of(scene, ["paths"])["paths"]
             arguments = self._exposer.arguments(scene, width, height, used[0], self.kernel_seconds)
             exposed, self.kernel_seconds = self._exposer.exposed(
                 used, scene, arguments, (width, height), box
@@ -138,7 +142,7 @@ class Engine:
         if out is not None and (out.shape != shape or not out.flags.writeable):
             raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
         kinds = exposures(scene, dtype, alpha, names)
-        programs = {kind: self._programs_of(scene, kind) for kind in kinds}
+        programs = self._programs_of(scene, kinds)
         own = programs[kinds[0]]
         arguments = self._exposer.arguments(scene, width, height, own[0], self.kernel_seconds)
         seconds, found, seen = 0.0, {}, None
@@ -194,52 +198,77 @@ class Engine:
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
             _check_read(scene)
-            for kind in exposures(scene, film_dtype(dtype), alpha, check_passes(passes)):
-                self._programs_of(scene, kind)
+            self._programs_of(
+                scene, exposures(scene, film_dtype(dtype), alpha, check_passes(passes))
+            )
 
-    def _programs_of(self, scene: Scene, kind: FilmKind) -> list[Program]:
-        """A film's programs, one after the other."""
-        return [self._program(scene, kind, stage) for stage in pack.stages(scene, kind)]
-
-    def _program(self, scene: Scene, kind: FilmKind, stage: pack.Stage) -> Program:
-        """The program for a scene; if none of so many lanes works, one of fewer."""
-        needed = pack.features(self._exposer.world(scene), scene, self.lanes, kind, stage)
-        while needed not in self._programs:
+    def _programs_of(
+        self, scene: Scene, kinds: Sequence[FilmKind]
+    ) -> dict[FilmKind, list[Program]]:
+        """The programs of each film, one after the other; if those of so many lanes do not work,
+        those of fewer."""
+        world = self._exposer.world(scene)
+        while True:
+            needed = {
+                kind: [
+                    pack.features(world, scene, self.lanes, kind, stage)
+                    for stage in pack.stages(scene, kind)
+                ]
+                for kind in kinds
+            }
+            every = dict.fromkeys(features for some in needed.values() for features in some)
             try:
-                made = _made(self._context, self.device, needed)
-                self._programs[needed] = program.kernels(made)
+                self._make([features for features in every if features not in self._programs])
             except DeviceError as error:
                 narrower = [n for n in LANES if n < self.lanes]
                 if not narrower or isinstance(error, LinkError):
                     raise DeviceError(f"{label(self.device)} cannot be used: {error}") from None
                 self._narrow(narrower[-1], str(error))
-                needed = replace(needed, lanes=self.lanes)
-        return needed, self._programs[needed]
+                continue
+            return {
+                kind: [(features, self._programs[features]) for features in some]
+                for kind, some in needed.items()
+            }
+
+    def _make(self, wanted: Sequence[Features]) -> None:
+        """Takes programs from the cache; else they are compiled, tried and kept.
+
+        Raises:
+            DeviceError: one has not passed its trial.
+        """
+        import pyopencl as cl
+
+        source, missing = program.kernel_source(), {}
+        for features in wanted:
+            path = program.cache_path(self.device, source, features.options)
+            if (binary := storage.kept(path)) is not None:
+                with suppress(cl.Error):  # it is refused, as by another build of the same version
+                    self._load(features, binary)
+                    continue
+            missing[features] = path
+        if not missing:
+            return
+        from clrt.renderer import maker
+
+        binaries = maker.made(self.device, source, list(missing), self._waiting)
+        for (features, path), binary in zip(missing.items(), binaries, strict=True):
+            storage.keep(path, binary)
+            self._load(features, binary)
+
+    def _waiting(self, seconds: float) -> None:
+        """Says once, on a terminal, why nothing is to be seen yet."""
+        if seconds > PATIENCE and not (self._told or self.quiet) and sys.stderr.isatty():
+            self._told = True
+            print("clrt: compiling for this kind of scene, once", file=sys.stderr)
+
+    def _load(self, features: Features, binary: bytes) -> None:
+        loaded = program.loaded(self._context, self.device, binary)
+        self._programs[features] = program.kernels(loaded)
 
     def _narrow(self, lanes: int, why: str) -> None:
         self.lanes, before = lanes, self.lanes
         message = f"{label(self.device)}: {before} lanes cannot be used, {lanes} are: {why}"
         warnings.warn(message, DeviceWarning, stacklevel=2)
-
-
-def _made(context: "cl.Context", device: "cl.Device", needed: Features) -> "cl.Program":
-    """From the cache; else it is compiled, tried and kept.
-
-    Raises:
-        DeviceError: it has not passed its trial.
-    """
-    import pyopencl as cl
-
-    source = program.kernel_source()
-    path = program.cache_path(device, source, needed.options)
-    if (binary := storage.kept(path)) is not None:
-        with suppress(cl.Error):  # it is refused, as by another build of the same version
-            return program.loaded(context, device, binary)
-    from clrt.renderer import trial
-
-    binary = trial.tried(device, source, needed)
-    storage.keep(path, binary)
-    return program.loaded(context, device, binary)
 
 
 def _check_read(scene: Scene) -> None:

@@ -1,31 +1,18 @@
-"""Trials: a program is compiled and tried in a process of its own before it is trusted.
+"""Trials: whether a new program is right.
 
-A compiler can loop until memory is full, crash, or succeed with a wrong program (see
-clrt/opencl/pocl.py), and no process can catch that in itself. So a child compiles under a bound of
-memory and time, renders a small picture of a scene that uses what the program was compiled for,
-compares it with the reference, and hands the binary back. That costs the first picture 0.2 s,
-because Python and its imports start once more (benchmarks/NOTES.md). A kept program costs nothing.
-
-A limit set in this process would do with less, but where LLVM meets it, it aborts.
+It renders a small picture of a scene that needs just what it was compiled for, and the picture is
+compared with the reference (benchmarks/NOTES.md: 4 ms). A program that is wrong is never used, see
+clrt/renderer/maker.py.
 """
 
-import os
-import re
-import resource
-import signal
-import subprocess
-import sys
-import warnings
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from clrt.errors import DeviceError, LinkError
+from clrt.errors import DeviceError
 from clrt.film import metrics
 from clrt.opencl import bands, edges, pocl, program
-from clrt.opencl.device import devices, identity
 from clrt.renderer import pack, samples
 from clrt.renderer.dispatch import Exposer
 from clrt.scene.camera import Camera
@@ -40,71 +27,17 @@ from clrt.values import BLACK
 if TYPE_CHECKING:
     import pyopencl as cl
 
-MEMORY = 2 << 30  # bytes; a compiler that works needs a tenth of it
-SECONDS = 120  # one that works needs 1, and 20 on an emulated CPU
-# What clang prints where a linker fails, below the linker's own line, and where there is none.
-UNLINKED = re.compile("^(.*)\nerror: linker command failed|error: (unable to execute .*)", re.M)
-LINKER_HINT = "apt-get install gcc libc6-dev brings a linker"
-FAILED, ELSEWHERE = 3, 4  # exit statuses of the child: the last if it has another device
-
 SIZE = (101, 13)  # whole packets and a part of one
 SAMPLED_SIZE, SAMPLES = (37, 5), 17  # a whole round and a part of one
 
 
-class Job(msgspec.Struct):
-    """What the child is to do."""
-
-    source: str
-    features: pack.Features
-    device: tuple[str, ...]
-    index: int
-    """Of the device among devices()."""
-
-
-def tried(device: "cl.Device", source: str, features: pack.Features) -> bytes:
-    """The binary of a program that has passed its trial.
+def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+    """The binary of a program that is compiled and tried in this process: a compiler that crashes
+    takes the process with it.
 
     Raises:
-        DeviceError: it has not. The message says why, as the end of a sentence.
-        LinkError: it could not be tried.
+        DeviceError: the program is wrong. The message says so, as the end of a sentence.
     """
-    found = devices()
-    if device not in found or not sys.executable:  # a part of a device; Python inside a program
-        return try_here(device, source, features)
-    job = Job(source, features, identity(device), found.index(device))
-    path = os.pathsep.join(filter(None, sys.path))
-    try:
-        child = subprocess.run(
-            [sys.executable, "-P", "-m", "clrt.renderer.trial"],
-            input=msgspec.json.encode(job),
-            capture_output=True,
-            timeout=SECONDS,
-            env={**os.environ, "PYTHONPATH": path},
-        )
-    except subprocess.TimeoutExpired:
-        raise DeviceError(f"its compiler took more than {SECONDS} s") from None
-    except OSError:  # no more processes
-        return try_here(device, source, features)
-    said = child.stderr.decode(errors="replace").strip()
-    if child.returncode == 0:
-        return child.stdout
-    if child.returncode == FAILED:
-        raise DeviceError(said.split("\n")[-1])
-    if child.returncode == ELSEWHERE:  # an emulator that does not emulate what it starts
-        return try_here(device, source, features)
-    if unlinked := UNLINKED.search(said):
-        raise LinkError(f"cannot link ({unlinked[1] or unlinked[2]}): {LINKER_HINT}")
-    if "out of memory" in said:
-        reason = f"more than {MEMORY >> 30} GB of memory"
-    elif child.returncode < 0:
-        reason = str(signal.strsignal(-child.returncode))
-    else:
-        reason = f"exit status {child.returncode}: {said.split(chr(10))[-1]}"
-    raise DeviceError(f"its compiler crashed ({reason})")
-
-
-def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
-    """As tried(), in this process: it finds wrong pictures, but what crashes crashes."""
     with pocl.linking():
         return _try_here(device, source, features)
 
@@ -269,34 +202,3 @@ def _wrong_passes(film: pack.Array, trace: tracer.Trace) -> pack.Array:
         abs(film["normal"] - trace.normal).max(axis=2) > metrics.QUARTER_STEP
     )
     return wrong
-
-
-def main() -> None:
-    """The child: a job on stdin, the binary on stdout, or why there is none on stderr."""
-    answer = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a compiler prints
-    for limit, most in (
-        (resource.RLIMIT_DATA, MEMORY),
-        (resource.RLIMIT_CPU, SECONDS),  # should the parent be killed
-        (resource.RLIMIT_CORE, 0),
-    ):
-        _, hard = resource.getrlimit(limit)
-        resource.setrlimit(limit, (most if hard < 0 else min(most, hard), hard))
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_DFL)
-    job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
-    try:
-        found = devices(threads=1)
-        if job.index >= len(found) or identity(found[job.index]) != job.device:
-            sys.exit(ELSEWHERE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            answer.write(try_here(found[job.index], job.source, job.features))
-        answer.close()
-    except DeviceError as error:
-        print(error, file=sys.stderr)
-        sys.exit(FAILED)
-
-
-if __name__ == "__main__":
-    main()
