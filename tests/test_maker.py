@@ -1,4 +1,4 @@
-"""Makers: a compiler that crashes or hangs is a line, and a child makes one program after another."""
+"""Makers: a compiler that crashes or hangs is a line; a child makes one program after another."""
 
 import os
 import signal

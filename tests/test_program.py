@@ -1,6 +1,7 @@
 """Programs are kept as binaries, and a spoilt one does no harm."""
 
 import os
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ import clrt
 from clrt import storage
 from clrt.errors import DeviceError
 from clrt.figure.rendering import Renderer
-from clrt.opencl import program
+from clrt.opencl import pocl, program
+
+KEPT = "?" * storage.KEY_LENGTH  # and not the folders of processes that compile
 
 
 def picture(device: cl.Device) -> np.ndarray:
@@ -24,14 +27,14 @@ def test_kept_cut_short_and_refused(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     first = picture(device)
-    (kept,) = (tmp_path / "clrt").iterdir()
+    (kept,) = (tmp_path / "clrt").glob(KEPT)
     whole = kept.read_bytes()
     assert (picture(device) == first).all()
     assert kept.read_bytes() == whole
     for spoilt in (b"", whole[:-100], b"x" * len(whole)):
         kept.write_bytes(spoilt)
         assert (picture(device) == first).all()
-        assert [path.name for path in (tmp_path / "clrt").iterdir()] == [kept.name]
+        assert list((tmp_path / "clrt").glob(KEPT)) == [kept]
     kept.unlink()
     os.mkfifo(kept)
     assert (picture(device) == first).all()
@@ -84,3 +87,40 @@ def test_a_program_belongs_to_cpu_and_width(
     assert path() == before
     monkeypatch.setattr("clrt.opencl.pocl.name_given", lambda device: "another")
     assert path() != before
+
+
+CLOUD = replace(
+    clrt.load_scene("four-spheres"),
+    spheres=clrt.Spheres(
+        np.random.default_rng(1).uniform((-1, -0.5, -2), (1, 0.5, 0), (2000, 3)), 0.02, "red"
+    ),
+    shadow_bias=0.0,
+    materials={"red": clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), 100)},
+    lights=(clrt.Light((5, 5, 5), radius=0.5), clrt.AmbientLight((0.2, 0.2, 0.2), occlusion=True)),
+)
+
+
+@pytest.mark.parametrize("of", ["list", "tree", "sky"])
+@pytest.mark.parametrize("samples", [1, 4])
+def test_nothing_is_compiled_after_the_trial(of: str, samples: int) -> None:
+    """PoCL compiles a kernel again for each size of work-group and kind of grid: no launch, of a
+    small picture or a large one, needs a library that the trial did not make."""
+    scene = clrt.load_scene("four-spheres") if of == "list" else CLOUD
+    if of == "tree":
+        scene = replace(scene, lights=scene.lights[:1])
+    scene = replace(scene, samples=samples)
+    renderer, before = Renderer(), set(pocl.run_folder().rglob("*.so"))
+    sizes = [(64, 36), (3840, 2160)] if of == "list" else [(64, 36), (1920, 1080)]
+    for width, height in sizes if of != "sky" or samples == 1 else sizes[:1]:
+        renderer.render(scene, width, height, dtype="uint8")
+    renderer.render(scene, 640, 360, dtype="uint8", region=(10, 20, 300, 90))
+    renderer.render(scene, 640, 360, dtype="uint8", passes=("depth", "id"))
+    renderer.render(scene, 3, 70_000, dtype="uint8")
+    moved = replace(scene, camera=replace(scene.camera, position=(0.1, 0.1, 1.5)))
+    renderer.render(moved, 640, 360, dtype="uint8")
+    found = defaultdict(list)
+    for library in set(pocl.run_folder().rglob("*.so")) - before:
+        found[library.parent.parent].append(library.parent.name)
+    for of_kernel in found.values():  # both are of the binary: unpacked, not compiled
+        assert min(of_kernel) == "0-0-0"
+        assert len(of_kernel) == 2

@@ -94,6 +94,10 @@ class Maker:
         assert self._child.stdout is not None
         return self._child.stdout.fileno()
 
+    def waits(self) -> bool:
+        """Whether it has not waited for too long."""
+        return self._child.poll() is None
+
     def give(self, number: int, job: bytes) -> None:
         """Gives it a job, whose answer is due in SECONDS."""
         assert self._child.stdin is not None
@@ -217,10 +221,10 @@ def _answers(
 
 
 def _idle_one(kind: tuple[str, Path]) -> Maker | None:
-    """A child that waits; those of another kind end."""
+    """A child that waits, of this kind; others end."""
     while _idle:
         maker = _idle.pop()
-        if maker.kind == kind:
+        if maker.kind == kind and maker.waits():
             return maker
         maker.kill()
     return None
