@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.opencl import linker, pocl, program
-from clrt.renderer import trial
+from clrt.renderer import maker, trial
 
 ALLOC, WRITE, RUN, TLS = 2, 1, 4, 0x400
 PROGBITS, NOBITS, INIT_ARRAY = 1, 8, 14
@@ -271,7 +271,11 @@ def test_pictures_are_those_of_gnu_ld(tmp_path: Path, monkeypatch: pytest.Monkey
     scene = clrt.load_scene("four-spheres")
     scene = replace(scene, samples=5)
     source, films = program.kernel_source(), []
-    monkeypatch.setattr(trial, "tried", trial.try_here)  # in this process, which is told how
+
+    def made_here(device: Any, source: str, wanted: Any, waiting: Any) -> list[bytes]:
+        return [trial.try_here(device, source, features) for features in wanted]
+
+    monkeypatch.setattr(maker, "made", made_here)  # in this process, which is told how
     for name in ("ours", "gnu"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
         # PoCL, which keeps what it has linked, does not know it.
@@ -284,9 +288,9 @@ def test_pictures_are_those_of_gnu_ld(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_warm_command_starts_nothing(tmp_path: Path) -> None:
     """No process: one that the command had waited for would have had memory."""
     code = (
-        "import resource, sys; from clrt.__main__ import main\n"
-        "try: main()\n"
-        "finally: print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+        "import atexit, resource\n"
+        "atexit.register(lambda: print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss))\n"
+        "from clrt.__main__ import main; main()"
     )
     words = ["render", "--lanes", "4", "--samples", "5", "--width", "65", "--height", "37"]
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}

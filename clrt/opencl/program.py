@@ -45,6 +45,7 @@ KERNELS = (
     "render",
 )
 
+LAUNCHES = 2  # to be counted up where a kernel gets another size of work-group: binaries hold one
 _building = threading.Lock()  # catch_warnings() is not for several threads
 
 
@@ -113,7 +114,8 @@ def _built(program: "cl.Program", options: Sequence[str]) -> "cl.Program":
 
 def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path:
     """Where a program is kept."""
-    key = hashlib.sha256(repr((source, list(options), identity(device))).encode()).hexdigest()
+    depends_on = source, list(options), identity(device), LAUNCHES
+    key = hashlib.sha256(repr(depends_on).encode()).hexdigest()
     return storage.cache_folder() / key
 
 

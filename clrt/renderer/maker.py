@@ -143,6 +143,10 @@ class Maker:
         with suppress(BrokenPipeError):
             self._child.stdin.close()
 
+    def wait(self) -> None:
+        """Until it has ended."""
+        self._child.wait()
+
     def kill(self) -> None:
         """Whatever it does."""
         assert self._child.stdout is not None
@@ -190,7 +194,10 @@ def _answers(
 ) -> list[tuple[int, bytes]]:
     """By as many children at a time as this process may use cores."""
     answers: list[tuple[int, bytes]] = [(FAILED, b"")] * len(jobs)
-    kind = sys.executable, storage.cache_folder(runs=True)  # where a child keeps the files of its compiler
+    kind = (
+        sys.executable,
+        storage.cache_folder(runs=True),
+    )  # where a child keeps the files of its compiler
     started, cores = time.monotonic(), len(os.sched_getaffinity(0))
     left, busy = deque(range(len(jobs))), list[Maker]()
     try:
@@ -234,6 +241,8 @@ def _idle_one(kind: tuple[str, Path]) -> Maker | None:
 def _end_all() -> None:
     for maker in _idle:
         maker.end()
+    for maker in _idle:  # each takes its files with it
+        maker.wait()
 
 
 def main() -> None:
