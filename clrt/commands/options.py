@@ -51,9 +51,11 @@ class RenderingOptions(NamedTuple):
     def renderer(self) -> "Renderer":
         from clrt.figure.rendering import Renderer
 
-        return Renderer(
+        renderer = Renderer(
             precision=self.precision, lanes=self.lanes, device=self.device, threads=self.threads
         )
+        renderer.quiet = self.quiet
+        return renderer
 
     def words(self) -> list[str]:
         """Those that a command line needs for the same picture."""

@@ -143,15 +143,15 @@ class Maker:
         with suppress(BrokenPipeError):
             self._child.stdin.close()
 
-    def wait(self) -> None:
-        """Until it has ended."""
-        self._child.wait()
-
     def kill(self) -> None:
         """Whatever it does."""
-        assert self._child.stdout is not None
         self._child.kill()
         self.end()
+        self.wait()
+
+    def wait(self) -> None:
+        """Until it has ended."""
+        assert self._child.stdout is not None
         self._child.wait()
         self._child.stdout.close()
         self._said.close()
