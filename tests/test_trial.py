@@ -35,7 +35,8 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         or ("split" in some and not {"nest", "reflection"} <= some)
         or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
         or (precision == "literal" and {"nest", "round", "long_lens", "tree", *SAMPLED} & some)
-        or (film in ("passes", "paths") and SAMPLED & some)
+        or (film == "passes" and some - {"orthographic", "long_lens", "tree", "nest"})
+        or (film == "paths" and SAMPLED & some)
         # All pixels of few samples and then the edges, or all of many.
         or ("refine" in some and len(stages) > 1)
         or (RANDOM & some and stages != {"gather"})
@@ -114,7 +115,7 @@ def test_a_wrong_program_is_found(device: cl.Device, precision, film, lie) -> No
     source = program.kernel_source()
     wrong = source.replace(EXPOSE, f"{lie}\n{EXPOSE}")
     assert wrong != source
-    features = Features(8, precision, film, reflection=True)
+    features = Features(8, precision, film, reflection=film != "passes")
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
     assert trial.try_here(device, source, features)

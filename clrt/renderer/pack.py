@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from clrt.errors import RequestError
@@ -361,24 +362,29 @@ def features(
     """
     if world.precision == "literal" and (key := beyond_paper(scene)):
         raise RequestError(f"precision: literal knows no {key}, expected robust or double")
-    adaptive = len(stages(scene, film)) > 1
-    random = scene.is_random and film not in ("passes", "paths")
-    used = world.materials.values()
-    return Features(
+    seen = Features(
         lanes,
         world.precision,
         film,
-        reflection=_goes_on(world, scene),
         orthographic=scene.camera.orthographic,
         long_lens=_has_long_lens(world, scene.camera),
-        light_inside=len(world.light_inside) > 0,
         tree=world.tree,
+        nest=world.nest,
+    )
+    if film == "passes":  # the camera's rays end where they meet something, lit or not
+        return seen
+    adaptive = len(stages(scene, film)) > 1
+    random = scene.is_random and film != "paths"
+    used = world.materials.values()
+    return replace(
+        seen,
+        reflection=_goes_on(world, scene),
+        light_inside=len(world.light_inside) > 0,
         sphere_colors=world.colors is not None,
         ambient=len(world.shades) > len(world.shining) + len(world.skies),
         attenuation=any(map(_fades, world.shining)),
         spot=any(isinstance(light, SpotLight) for light in world.shining),
         phong=any(material.highlight == "phong" for material in used),
-        nest=world.nest,
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
         background=_shows_background(world, scene),
         round=any(light.is_round for light in world.shining),
