@@ -249,28 +249,33 @@ def _cpu_features() -> dict[str, bool]:
 def _replace(device_address: int, old: str, new: str) -> None:
     """Replaces the name in PoCL's device structure: its first pointer to such a text.
 
-    Memory is read and written through /proc/self/mem, where a wrong address is an error and not a
-    crash.
+    Memory is read and written through a pipe, for which the kernel copies: a wrong address is an
+    error and not a crash. /proc/self/mem would do, but there may be no /proc.
 
     Raises:
         OSError, LookupError: it could not be done.
     """
     libc = ctypes.CDLL(None)
     libc.strdup.restype = ctypes.c_void_p
+    libc.read.argtypes = libc.write.argtypes = [ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t]
     text = old.encode() + b"\0"
-    memory = os.open("/proc/self/mem", os.O_RDWR)
+    reader, writer = os.pipe()
+
+    def memory(address: int, size: int) -> bytes:
+        copied = libc.write(writer, address, size)
+        return os.read(reader, copied) if copied > 0 else b""
+
     try:
-        structure = os.pread(memory, 1024, device_address)
+        structure = memory(device_address, 1024)
         for offset, (pointer,) in enumerate(struct.iter_unpack("<Q", structure)):
-            try:
-                is_name = os.pread(memory, len(text), pointer) == text
-            except (OSError, OverflowError):  # a word that is no pointer
-                continue
-            if is_name:
+            if memory(pointer, len(text)) == text:  # else a word that may be no pointer
                 # From malloc, as the one that it replaces: PoCL may free it.
                 address = struct.pack("<Q", libc.strdup(new.encode()))
-                os.pwrite(memory, address, device_address + 8 * offset)
+                os.write(writer, address)
+                if libc.read(reader, device_address + 8 * offset, len(address)) != len(address):
+                    raise OSError("PoCL's device structure cannot be written")
                 return
         raise LookupError("no pointer to the CPU's name")
     finally:
-        os.close(memory)
+        os.close(reader)
+        os.close(writer)
