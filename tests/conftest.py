@@ -3,7 +3,7 @@
 import functools
 import signal
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,9 +40,10 @@ def options(lanes: int, precision: Precision = "robust", **used: Any) -> list[st
 
 
 @functools.cache
-def _kernels(
+def kernels_of(
     device: cl.Device, code: str, options: tuple[str, ...]
 ) -> tuple[cl.Context, dict[str, cl.Kernel]]:
+    """clrt's kernels and those that a test adds, compiled once."""
     context = cl.Context([device])  # Intel's kernels do not keep theirs
     built = cl.Program(context, program.kernel_source() + code).build(options=list(options))
     return context, program.kernels(built)
@@ -62,7 +63,7 @@ def run_kernel(
 
     size: how many work-items.
     """
-    context, kernels = _kernels(device, code, tuple(options))
+    context, kernels = kernels_of(device, code, tuple(options))
     kernel, queue = kernels[name], cl.CommandQueue(context)
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
 
@@ -108,6 +109,16 @@ EVERY_LANES = [
 @pytest.fixture(params=EVERY_LANES, scope="session")
 def lanes(request: pytest.FixtureRequest) -> int:
     return request.param
+
+
+def in_lanes(cases: Iterable[Any], at_one: Container[Any]) -> list[Any]:
+    """Parameters (lanes, case): all cases in 16 lanes and some in one; the others are slow."""
+    return [
+        pytest.param(n, case, id=f"lanes{n}-{case}",
+                     marks=[pytest.mark.slow] * (n != 16 and (n != 1 or case not in at_one)))
+        for n in LANES
+        for case in cases
+    ]  # fmt: skip
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ Most are four-spheres (`BASE`) with one thing made extreme. tests/test_numerics.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -24,6 +25,7 @@ from clrt import (
     load_scene,
 )
 from clrt.film.metrics import QUARTER_STEP
+from clrt.renderer import pack
 from clrt.scene.light import LightKind
 from clrt.values import Vec3
 
@@ -820,3 +822,18 @@ def orthographic_cases() -> Iterable[HardCase]:
 
 
 CASES = tuple(cases())
+
+
+def program_of(case: HardCase, film: pack.FilmKind = "float") -> pack.Features:
+    """What the case is compiled for, in float32 for 16 lanes."""
+    return pack.features(pack.pack_world(case.scene, "robust"), case.scene, 16, film)
+
+
+PROGRAMS = Counter(map(program_of, CASES))
+COMMON = 5
+"""Cases whose program so many have in common are tried in every way. The others need programs of
+their own for each: they are tried in one, and in every way by the slow tests."""
+
+
+def is_common(case: HardCase) -> bool:
+    return PROGRAMS[program_of(case)] >= COMMON

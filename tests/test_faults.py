@@ -38,12 +38,32 @@ def small() -> np.ndarray:
     return clrt.Renderer().render(clrt.load_scene("four-spheres"), *SMALL, dtype=np.uint8)
 
 
+# A process that has computed for a second itself is past its start and what it compiles. The signal
+# goes to it and to what it has started, as `timeout` does, so that it comes twice.
+WHEN_BUSY = f"""#!{sys.executable}
+import os, pathlib, signal, subprocess, sys, time
+number = signal.Signals["SIG" + sys.argv[1]]
+process = subprocess.Popen(sys.argv[2:], process_group=0)
+while process.poll() is None:
+    words = pathlib.Path(f"/proc/{{process.pid}}/stat").read_text().rpartition(")")[2].split()
+    if sum(map(int, words[11:13])) > os.sysconf("SC_CLK_TCK"):  # user's and system's ticks
+        process.send_signal(number)
+        os.killpg(process.pid, number)
+        break
+    time.sleep(0.01)
+status = process.wait()
+sys.exit(status if status >= 0 else 128 - status)
+"""
+
+
 def shell(fault: Fault, here: Path) -> subprocess.CompletedProcess[bytes]:
     """Runs it in an empty folder, with one for a disk beside it."""
     here.mkdir()
     (here.parent / "disk").mkdir()
-    (here.parent / "clrt").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m clrt "$@"\n')
-    (here.parent / "clrt").chmod(0o755)
+    clrt_itself = f'#!/bin/sh\nexec "{sys.executable}" -m clrt "$@"\n'
+    for name, text in {"clrt": clrt_itself, "when_busy": WHEN_BUSY}.items():
+        (here.parent / name).write_text(text)
+        (here.parent / name).chmod(0o755)
     words = ["sh", "-c", f"PATH={here.parent}:$PATH; {fault.shell}"]
     if "mount" in fault.shell:
         # To be allowed to mount, in a file system that goes with the process.

@@ -145,6 +145,14 @@ def test_a_program_has_what_its_scene_uses() -> None:
     ]  # fmt: skip
 
 
+def test_passes_take_one_program_whatever_is_lit_and_how() -> None:
+    found = set()
+    for name in ("first-result", "four-spheres", "lights"):
+        scene = replace(clrt.load_scene(name), film=clrt.Film(background=(1, 1, 1)))
+        found.add(pack.features(pack.pack_world(scene, "robust"), scene, 16, "passes"))
+    assert found == {pack.Features(16, "robust", "passes")}
+
+
 def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
     for uses in (), ("reflection", "tree", "nest", "background", "gather", "lens", "gloss"):
         features = pack.Features(4, "robust", "float", **dict.fromkeys(uses, True))

@@ -1,10 +1,12 @@
 """Passes and alpha: what the camera sees first, against the reference's hits."""
 
+from typing import Any
+
 import numpy as np
 import pyopencl as cl
 import pytest
 from conftest import renderer_for
-from hard_cases import CASES, HardCase
+from hard_cases import CASES, PROGRAMS, HardCase, is_common, program_of
 from msgspec.structs import replace
 from test_numerics import WIDE, renderer_of
 
@@ -38,11 +40,37 @@ def rays(scene: clrt.Scene, width: int, height: int) -> tuple[np.ndarray, np.nda
     return np.broadcast_to(eye, at.shape), direction
 
 
-@pytest.mark.parametrize(
-    ("case", "precision"),
-    [(case, "robust") for case in MEASURED] + [(case, "double") for case in MEASURED[::8]],
-    ids=lambda what: getattr(what, "name", what),
-)
+# Passes and alpha depend on what the camera sees first alone. Of the cases whose passes one program
+# makes, those of the commonest program for colours have alpha too; the others' are slow.
+COMMONEST = {
+    program_of(case, "passes"): program_of(case)
+    for case in sorted(MEASURED, key=lambda case: PROGRAMS[program_of(case)])
+}
+
+
+def tried(alpha: bool) -> list[Any]:
+    """Cases, each with a precision."""
+    found = []
+    for case in MEASURED:
+        commonest = COMMONEST[program_of(case, "passes")] == program_of(case)
+        for precision in ["robust", "double"] if case in MEASURED[::8] else ["robust"]:
+            slow = not commonest if alpha else precision == "double" and not is_common(case)
+            marks = [pytest.mark.slow] * slow
+            found.append(pytest.param(case, precision, id=f"{case.name}-{precision}", marks=marks))
+    return found
+
+
+@pytest.mark.parametrize(("case", "precision"), tried(alpha=True))
+def test_alpha_of_hard_cases(device: cl.Device, case: HardCase, precision) -> None:
+    """It is where the camera sees something, and the colours are those without it."""
+    renderer = renderer_of(device, precision, 16)
+    image, passes = renderer.render(case.scene, *case.size, alpha=True, passes=["id"])
+    assert ((image[..., 3] == 1) == (passes["id"] >= 0)).all()
+    assert set(np.unique(image[..., 3])) <= {0, 1}
+    assert (image[..., :3] == renderer.render(case.scene, *case.size)).all()
+
+
+@pytest.mark.parametrize(("case", "precision"), tried(alpha=False))
 def test_hard_cases(device: cl.Device, case: HardCase, precision) -> None:
     """A point at the depth is off its sphere by no more than some units in the last place of how
     far it is, and the normal is the direction in which it lies from the centre. The depth itself
@@ -50,13 +78,8 @@ def test_hard_cases(device: cl.Device, case: HardCase, precision) -> None:
     if case.limit and precision == "robust":
         pytest.skip(case.limit)
     renderer = renderer_of(device, precision, 16)
-    image, passes = renderer.render(
-        case.scene, *case.size, alpha=True, passes=("depth", "normal", "id")
-    )
+    _, passes = renderer.render(case.scene, *case.size, passes=("depth", "normal", "id"))
     sphere = passes["id"]
-    assert ((image[..., 3] == 1) == (sphere >= 0)).all()
-    assert set(np.unique(image[..., 3])) <= {0, 1}
-    assert (image[..., :3] == renderer.render(case.scene, *case.size)).all()
     seen = replace(case.scene, max_depth=1, lights=())  # what the camera meets: quick
     trace = reference.trace(seen, *case.size, "exact", case.dtype)
     flips = sphere != trace.id

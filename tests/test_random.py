@@ -183,7 +183,7 @@ def test_closed_forms(render, name: str, tree: bool) -> None:
     case = CASES[name]()
     rms = []
     for n in COUNTS:
-        image = render(replace(case.scene, samples=n), case.size, tree)
+        image = render(replace(case.scene, samples=n), case.size, tree, alpha=True)
         error = image[..., 0] - case.truth
         rms.append(np.sqrt((error**2).mean()))
         # Lanes of a packet may share what they draw.
@@ -360,7 +360,7 @@ def test_bits(device: cl.Device, render, monkeypatch: pytest.MonkeyPatch, tree: 
 def test_lanes_do_not_show_in_noise(render) -> None:
     """A list's lanes draw as their pixels do; a hit is met or missed by a rounding."""
     scene = replace(beside_a_ball().scene, samples=16)
-    error = abs(render(scene, SIZE) - render(scene, SIZE, lanes=1))
+    error = abs(render(scene, SIZE, alpha=True) - render(scene, SIZE, lanes=1, alpha=True))[..., :3]
     assert (error > 1e-6).mean() <= 1e-3
 
 

@@ -186,18 +186,28 @@ LIT = {
 }
 
 
+# The ball around a lamp needs programs of its own.
+WAYS: list[tuple[bool, int, Precision]] = [
+    (False, 16, "robust"),
+    (True, 16, "robust"),
+    (False, 1, "robust"),
+    (True, 16, "double"),
+    (True, 4, "robust"),
+    (False, 16, "double"),
+]
+
+
 @pytest.mark.parametrize(
-    ("tree", "lanes", "precision"),
+    ("name", "tree", "lanes", "precision"),
     [
-        (False, 16, "robust"),
-        (True, 16, "robust"),
-        (False, 1, "robust"),
-        (True, 4, "robust"),
-        (False, 16, "double"),
-        (True, 16, "double"),
+        pytest.param(
+            name, *way, id=f"{name}-{'tree' if way[0] else 'list'}-{way[1]}-{way[2]}",
+            marks=[pytest.mark.slow] * (i > (1 if "around" in name else 3)),
+        )
+        for name in LIT
+        for i, way in enumerate(WAYS)
     ],
-)
-@pytest.mark.parametrize("name", LIT)
+)  # fmt: skip
 def test_penumbra(render, name: str, tree: bool, lanes: int, precision: Precision) -> None:
     light, balls, error = LIT[name]
     hidden = sum(parts_hidden(light, *balls))

@@ -14,7 +14,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 from click.testing import CliRunner
-from conftest import kept, renderer_for
+from conftest import kept, kernels_of, renderer_for
 from msgspec.structs import replace
 
 import clrt
@@ -22,7 +22,6 @@ from clrt import reference
 from clrt.commands.cli import main
 from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.opencl import program
 from clrt.renderer import pack, samples
 from clrt.truth import tracer
 
@@ -145,7 +144,8 @@ def test_a_ball_is_covered_as_it_is(device: cl.Device, camera: str) -> None:
     share, differ = seen(camera, 57, 41)
     errors = []
     for count in COUNTS:
-        image = renderer_for(device, 16).render(ball(camera, 4.0, samples=count), 57, 41)
+        scene = ball(camera, 4.0, samples=count)
+        image = renderer_for(device, 16).render(scene, 57, 41, alpha=True)
         assert (image[..., 0] == image[..., 2]).all()
         error = image[..., 0] / 4 - share
         errors.append(rms(error[differ]))
@@ -254,8 +254,20 @@ def truth(name: str) -> tuple[Array, reference.Trace]:
     return np.where(metrics.edges(paths)[..., np.newaxis], many, middle), trace
 
 
+def slow(name: str, n: int) -> Any:
+    """Programs of their own, for each of two stages."""
+    return pytest.param(name, n, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
-    ("name", "n"), [*((name, n) for name in MADE for n in (1, 16)), ("tree", 4), ("glass", 4)]
+    ("name", "n"),
+    [
+        *((name, 16) for name in MADE),
+        *((name, 1) for name in ("tree", "glass")),
+        ("tree", 4),
+        *(slow(name, 1) for name in MADE if name not in ("tree", "glass")),
+        slow("glass", 4),
+    ],
 )
 def test_robust_against_truth(device: cl.Device, name: str, n: int) -> None:
     expected, _ = truth(name)
@@ -277,7 +289,14 @@ def test_every_film_has_the_same_colours(device: cl.Device, name: str) -> None:
     assert (renderer.render(scene, *SIZE, dtype=np.uint8) == byte).all()
 
 
-@pytest.mark.parametrize(("name", "n"), [*((name, 16) for name in MADE), ("tree", 1)])
+@pytest.mark.parametrize(
+    ("name", "n"),
+    [
+        *((name, 16) for name in ("tree", "glass", "few specks")),
+        *(slow(name, 16) for name in ("list", "orthographic", "orthographic tree", "specks")),
+        slow("tree", 1),
+    ],
+)
 def test_double_against_truth(device: cl.Device, name: str, n: int) -> None:
     if device.native_vector_width_double == 0:
         pytest.skip("no float64")
@@ -309,8 +328,8 @@ def test_specks_have_more_samples_and_others_have_not() -> None:
 def test_what_is_at_no_edge_has_the_bits_of_one_sample(device: cl.Device, name: str) -> None:
     scene, renderer = MADE[name](), renderer_for(device, 16)
     edge = metrics.edges(renderer.paths(scene, *SIZE))
-    one = renderer.render(scene, *SIZE)
-    many = renderer.render(replace(scene, samples=64), *SIZE)
+    one = renderer.render(scene, *SIZE, alpha=True)
+    many = renderer.render(replace(scene, samples=64), *SIZE, alpha=True)
     assert (one == many)[~edge].all()
     assert (one != many).any(axis=2)[edge].mean() > 0.5
 
@@ -322,9 +341,9 @@ def test_what_is_at_no_edge_has_the_bits_of_one_sample(device: cl.Device, name: 
 def test_edges_are_where_a_neighbour_differs(device: cl.Device, width: int) -> None:
     random, height = np.random.default_rng(width), 9
     paths = np.where(random.random((height, width)) < 0.04, 7, 5).astype(np.uint32)
-    context = cl.Context([device])
     options = pack.Features(1, "robust", "float", refine=True).options
-    kernel = cl.Program(context, program.kernel_source()).build(options=options).edges
+    context, kernels = kernels_of(device, "", tuple(options))
+    kernel = kernels["edges"]
     queue, flags = cl.CommandQueue(context), cl.mem_flags.COPY_HOST_PTR
     expected = metrics.edges(paths)
     for left, top, right, bottom in [
@@ -355,14 +374,16 @@ REGIONS = [(0, 0, 1, 1), (7, 3, 50, 29), (17, 5, 18, 31), (52, 30, 53, 31), (1, 
 SCENES = [paper, beads, glass, specks, lined]
 
 
-@pytest.mark.parametrize(("made", "n"), [*((made, 16) for made in SCENES), (beads, 4), (paper, 1)])
+@pytest.mark.parametrize(("made", "n"), [*((made, 16) for made in SCENES), (beads, 4), (glass, 1)])
 def test_a_region_is_the_crop_of_the_whole(device: cl.Device, made, n: int) -> None:
     scene, renderer = replace(made(), samples=MANY), renderer_for(device, n)
-    whole, passes = renderer.render(scene, *SIZE, passes=["id", "depth"])
-    assert (whole == renderer.render(scene, *SIZE)).all()
+    whole, passes = renderer.render(scene, *SIZE, alpha=True, passes=["id", "depth"])
+    assert (whole == renderer.render(scene, *SIZE, alpha=True)).all()
     for x0, y0, x1, y1 in REGIONS:
         region = x0, y0, x1, y1
-        part, looks = renderer.render(scene, *SIZE, region=region, passes=["id", "depth"])
+        part, looks = renderer.render(
+            scene, *SIZE, region=region, alpha=True, passes=["id", "depth"]
+        )
         assert (part == whole[y0:y1, x0:x1]).all()
         assert all((looks[name] == passes[name][y0:y1, x0:x1]).all() for name in passes)
 
@@ -388,10 +409,10 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("made", SCENES)
 def test_bands_do_not_show(device: cl.Device, made, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, renderer = replace(made(), samples=MANY), renderer_for(device, 16)
-    whole = renderer.render(scene, *SIZE)
+    whole = renderer.render(scene, *SIZE, alpha=True)
     pieces(monkeypatch)
     rows: list[int] = []
-    assert (renderer.render(scene, *SIZE, progress=rows.append) == whole).all()
+    assert (renderer.render(scene, *SIZE, alpha=True, progress=rows.append) == whole).all()
     assert sum(rows) == HEIGHT
     assert min(rows) == 0
     assert len(rows) > 20
@@ -430,14 +451,14 @@ def test_threads_do_not_show() -> None:
     """Neither Python's nor PoCL's."""
     scenes = [replace(made(), samples=MANY) for made in (paper, beads, glass, specks)]
     renderer = Renderer()
-    alone = [renderer.render(scene, *SIZE) for scene in scenes]
+    alone = [renderer.render(scene, *SIZE, alpha=True) for scene in scenes]
     with ThreadPoolExecutor(4) as threads:
-        found = threads.map(lambda i: renderer.render(scenes[i % 4], *SIZE), range(16))
+        found = threads.map(lambda i: renderer.render(scenes[i % 4], *SIZE, alpha=True), range(16))
         assert all((picture == alone[i % 4]).all() for i, picture in enumerate(found))
     code = (
         "import hashlib, clrt; from msgspec.structs import replace\n"
         "scene = replace(clrt.load_scene('four-spheres'), shadow_bias=0.0, samples=64)\n"
-        f"picture = clrt.render(scene, {WIDTH}, {HEIGHT}, threads=1)\n"
+        f"picture = clrt.render(scene, {WIDTH}, {HEIGHT}, alpha=True, threads=1)\n"
         "print(hashlib.sha256(picture.tobytes()).hexdigest())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)

@@ -1,0 +1,82 @@
+"""Every feature has been compiled and tried in every film and precision that knows it.
+
+Other tests say what a feature does. They do so in few films, and mostly in float32 for 16 lanes.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+
+import pyopencl as cl
+import pytest
+from conftest import renderer_for
+from test_trial import EVERY
+
+from clrt.renderer import pack, trial
+from clrt.renderer.pack import FILMS, PRECISIONS, USES, Features, FilmKind, Precision
+from clrt.scene.scene import Scene
+
+RANDOM = {"occlusion", "lens", "gloss", "indirect"}
+NO_STAGE = {"hashed", "refine", "gather"}
+BEYOND_PAPER = {"long_lens", "tree", "nest", "split", "round", *RANDOM, *NO_STAGE}
+# Together they use all that a precision knows. Samples at edges take two programs, and what is
+# drawn at random a third.
+SCENES: dict[str, set[str]] = {
+    "as the paper": set(USES) - BEYOND_PAPER,
+    "edges": {"hashed"} | set(USES) - RANDOM - NO_STAGE - {"long_lens", "tree"},
+    "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic"},
+}
+LANES_OF: dict[Precision, int] = {"robust": 16, "literal": 1, "double": 1}
+# Passes come beside another film.
+PICTURES: dict[str, tuple[FilmKind, ...]] = {
+    "float": ("float",), "bytes": ("bytes",), "alpha": ("alpha", "passes"), "paths": ("paths",)
+}  # fmt: skip
+TRIED: list[tuple[Precision, str, str]] = [
+    (precision, scene, picture)
+    for precision in PRECISIONS
+    for scene in SCENES
+    for picture in PICTURES
+    if (precision == "literal") == (scene == "as the paper")
+]
+
+
+def scene_of(precision: Precision, name: str, picture: str) -> Scene:
+    uses = SCENES[name] - ({"background"} if picture in ("float", "bytes") else set())
+    wanted = Features(LANES_OF[precision], precision, "float", **dict.fromkeys(uses, True))
+    return trial.scene_for(wanted)
+
+
+def programs(precision: Precision, name: str, picture: str) -> Iterator[Features]:
+    scene = scene_of(precision, name, picture)
+    world = pack.pack_world(scene, precision)
+    for film in PICTURES[picture]:
+        for stage in pack.stages(scene, film):
+            yield pack.features(world, scene, LANES_OF[precision], film, stage)
+
+
+def test_every_cell_is_tried() -> None:
+    """A cell is a feature in a film and a precision. EVERY is all that some scene can need."""
+
+    def cells(some: list[Features]) -> set[tuple[str, str, str]]:
+        return {
+            (name, one.film, one.precision) for one in some for name in USES if getattr(one, name)
+        }
+
+    tried = [one for words in TRIED for one in programs(*words)]
+    assert {(one.film, one.precision) for one in tried} == set(product(FILMS, PRECISIONS))
+    assert cells(tried) == cells(EVERY)
+
+
+@pytest.mark.parametrize(("precision", "scene", "picture"), TRIED)
+def test_tried(device: cl.Device, precision: Precision, scene: str, picture: str) -> None:
+    """A program that a renderer has, has passed its trial; it has one, and of no fewer lanes."""
+    if precision == "double" and device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+    renderer = renderer_for(device, LANES_OF[precision], precision)
+    made = scene_of(precision, scene, picture)
+    if picture == "paths":
+        renderer.paths(made, 9, 9)
+    else:
+        dtype = "uint8" if picture == "bytes" else "float32"
+        passes = ["id"] if picture == "alpha" else None
+        renderer.prepare(made, dtype, alpha=picture == "alpha", passes=passes)
+    assert set(programs(precision, scene, picture)) <= set(renderer._programs)
