@@ -80,6 +80,11 @@ def molecule(n: int) -> Array:
     return np.column_stack([center, radius])[generator.permutation(n)]
 
 
+def with_outlier(n: int) -> Array:
+    """(n + 1, 4): a molecule on a ball of radius 5, which is no giant."""
+    return np.concatenate([molecule(n), [(0, -6.2, -1, 5)]])
+
+
 # The kind of spheres, and rays: how many segments of a path.
 KINDS: tuple[tuple[str, Callable[[int], Array], int], ...] = (
     ("random", random, 3), ("random", random, 1), ("molecule", molecule, 1),
@@ -123,6 +128,17 @@ def command(quick: bool, embree: Path | None) -> None:
     crossover = {f"{k}, depth {d}": crossing(figures, k, d) for k, _, d in KINDS}
     for what, n in crossover.items():
         print(f"\n{what}: the tree is quicker than the list from {n:.0f} spheres on")
+    n = 1000 if quick else 10**5
+    outlier = harness.in_turn(
+        {
+            name: harness.kernel_time(Renderer(), scene_of(make(n), 1), *size, np.float32, 5)
+            for name, make in (("without", molecule), ("with", with_outlier))
+        },
+        turns,
+    )
+    of_outlier = {name: harness.summary(seconds) for name, seconds in outlier.items()}
+    ratio = of_outlier["with"]["median"] / of_outlier["without"]["median"]
+    print(f"\nmolecule {n:,} on a ball of radius 5: {ratio:.2f} x without the ball")
     script = [] if quick else whole_script(turns)
     for figure in script:
         print(f"\n{figure['name']}: {figure['spheres']:,} atoms to .png: {figure['median']:.2f} s "
@@ -133,7 +149,8 @@ def command(quick: bool, embree: Path | None) -> None:
     print("\n`clrt render FILE`, one sample a pixel\n")
     print(files.table(of_files))
     folder = harness.results_folder(quick)
-    harness.record(folder, "many", {"size": size, "figures": figures, "crossover": crossover})
+    found = {"size": size, "figures": figures, "crossover": crossover, "outlier": of_outlier}
+    harness.record(folder, "many", found)
     harness.record(folder, "files", {"size": size, "script": script, "files": of_files})
     plot(figures, folder / "many.png")
 

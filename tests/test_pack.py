@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt import Camera, Material, Scene, Sphere, Spheres
+from clrt.errors import RequestError
 from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
 from clrt.renderer import pack, trial
@@ -208,3 +209,32 @@ def test_small_spheres_get_more_samples() -> None:
     assert _base(AHEAD, [small]) == pack.SMALLS_BASE > 1
     assert _base(AHEAD, [large]) == _base(AHEAD, []) == 1
     assert _base(AHEAD, [small], samples=3) == 3  # no more than the scene says
+
+
+def beside_a_far_ball(radius: float) -> Scene:
+    """A sphere before the camera, and a ball seen from ten radii away, which is no giant."""
+    matte = {"matte": clrt.Material((0.1, 0.1, 0.1), (0.6, 0.6, 0.6), (0, 0, 0), 10)}
+    spheres = [
+        clrt.Sphere((0.0, 0.0, -10 * radius), radius, "matte"),
+        clrt.Sphere((0.3, 0.2, -1.0), 0.4, "matte"),
+        clrt.Sphere((0.0, 0.0, -1.0), 1e-9, "matte"),  # a speck
+    ]
+    camera = clrt.Camera((0, 0, 1), (0, 0, 0))
+    return Scene(camera, [clrt.Light((5, 5, 5))], matte, spheres)
+
+
+@pytest.mark.parametrize("tree", [False, True])
+def test_what_is_lost_beside_a_far_ball_is_refused(monkeypatch, tree: bool) -> None:
+    """From 1e20 on robust drew pictures that were wrong, then black, and double from 1e160 on."""
+    monkeypatch.setattr(pack, "TREE_FROM", 0 if tree else 48)
+
+    def packed(radius: float, precision: pack.Precision) -> None:
+        scene = beside_a_far_ball(radius)
+        pack.arguments(pack.pack_world(scene, precision), scene, 64, 64)
+
+    packed(1e19, "robust")
+    with pytest.raises(RequestError, match=r"radius 0.4 and one that .* 1.1e\+21 .*, .* double$"):
+        packed(1e20, "robust")
+    packed(1e20, "double")
+    with pytest.raises(RequestError, match="expected the farthest spheres nearer"):
+        packed(1e162, "double")

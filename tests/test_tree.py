@@ -290,15 +290,21 @@ def test_a_plan_holds_all_and_wastes_little(n: int) -> None:
     assert n < 4096 or plan.leaf_count * tree.WIDE <= 1.13 * n
 
 
+@pytest.fixture(scope="module")
+def builder(device: cl.Device) -> tuple[cl.CommandQueue, dict[str, cl.Kernel]]:
+    """What builds trees: a queue and kernels."""
+    used = pack.Features(4, "robust", "float", tree=True).options
+    context, kernels = kernels_of(device, "", tuple(used))
+    return cl.CommandQueue(context), kernels
+
+
 @pytest.mark.parametrize("n", [1, 16, 100, 257, 5000, 66_000])
-def test_each_sphere_is_in_one_leaf_and_in_all_boxes_above(device: cl.Device, n: int) -> None:
+def test_each_sphere_is_in_one_leaf_and_in_all_boxes_above(builder, n: int) -> None:
     random = np.random.default_rng(n)
     beads = random.uniform(-1, 1, (n, 4)).astype(np.float32)
     beads[:, 3] = 0.01 * abs(beads[:, 3]) + 1e-5
     beads[::9, 3] = np.nan  # in the list beside it
-    used = pack.Features(4, "robust", "float", tree=True).options
-    context, kernels = kernels_of(device, "", tuple(used))
-    queue = cl.CommandQueue(context)
+    queue, kernels = builder
     made = Tree(beads, queue, kernels)
     found = made.fit(beads, kernels)
     shape, plan = found["shape"][0], made.plan
@@ -330,6 +336,56 @@ def test_each_sphere_is_in_one_leaf_and_in_all_boxes_above(device: cl.Device, n:
         return np.concatenate(all_found)
 
     assert len(inside(0)) == len(ids)
+
+
+def surfaces(builder, keys: np.ndarray, spheres: np.ndarray) -> np.ndarray:
+    """Of the boxes around leaves, the largest first: so often are leaves visited."""
+    queue, kernels = builder
+    made = Tree(keys, queue, kernels)
+    found = made.fit(spheres.astype(np.float32), kernels)
+    nodes = np.zeros(found["shape"]["node_count"][0], tree.node_dtype(np.float32))
+    cl.enqueue_copy(queue, nodes, found["nodes"])
+    with np.errstate(invalid="ignore"):
+        x, y, z = np.maximum(nodes["hi"] - nodes["lo"], 0).transpose(1, 0, 2)
+    lowest = nodes[found["shape"]["lowest"][0] :]
+    return np.sort((x * y + y * z + z * x)[-len(lowest) :], axis=None)[::-1]
+
+
+def keys_of(spheres: np.ndarray) -> np.ndarray:
+    return pack.tree_keys(clrt.Spheres(spheres[:, :3], spheres[:, 3], "matte"))
+
+
+@pytest.mark.parametrize(
+    "large",
+    [
+        [(0, -6.2, -2, 5)],
+        [(0, -6.2, -2, 5), (0, 0, -2, 0.8), (3, 0, -2, 0.9)],
+        [(0, -1e4 - 2, -2, 1e4)],
+        [(0, -1e9 - 2, -2, 1e9)],
+    ],
+    ids=["one", "three", "a plane", "a ground"],
+)
+def test_a_few_large_spheres_leave_the_boxes_of_the_others_small(builder, large) -> None:
+    """While the fourth side was as long as it is, they made the sum 3.1 x, and the ground 4.6 x."""
+    small = np.column_stack(cloud(20_000))
+    alone = surfaces(builder, keys_of(small), small).sum()
+    both = np.concatenate([small, large])
+    assert surfaces(builder, keys_of(both), both)[len(large) :].sum() < 1.25 * alone
+
+
+@pytest.mark.parametrize(
+    ("share", "times", "gain"), [(0.001, 100, 1.3), (0.01, 100, 4), (0.1, 30, 2.5)]
+)
+def test_many_large_spheres_are_kept_apart(
+    builder, share: float, times: float, gain: float
+) -> None:
+    """Without the radius as a side to halve along the boxes' surfaces would be `gain` times."""
+    spheres = np.column_stack(cloud(20_000))
+    spheres[: int(share * len(spheres)), 3] *= times
+    keys = keys_of(spheres)
+    apart = surfaces(builder, keys, spheres).sum()
+    keys[:, 3] = 0
+    assert surfaces(builder, keys, spheres).sum() > gain * apart
 
 
 def test_structs() -> None:

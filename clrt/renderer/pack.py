@@ -135,6 +135,13 @@ VEIL: dict[Real, float] = {np.float32: 2.0**23, np.float64: 2.0**40}
 """A veil's unit, see veiled() of sphere.cl."""
 MAX_STRENGTH = 2.0**126  # of a light at distance 1
 
+LEAST_RADIUS: dict[Real, float] = {np.float32: 2.0**-69, np.float64: 2.0**-531}
+"""In units of the scene's extent. A radius' square, 2^-138, has 11 bits above the least number that
+there is, so the silhouette is off by 2^-12 of the radius at most; float64 likewise."""
+SPECK = 1e-5
+"""A sphere of a radius less than this many times its distance is not worth an error: it is less
+than a hundredth of a pixel."""
+
 COLORS = ("ambient", "diffuse", "specular")
 AXES = ("right", "up", "back")
 
@@ -475,6 +482,9 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
     `paths` on: NumPy scalars, and arrays that become buffers. Any program takes them: those that
     the scene has no use for are 0 and None. sampling() says how a program's pixels are sampled.
 
+    Raises:
+        RequestError: spheres are so far that their precision cannot show others, which are near.
+
     Lengths are scaled by a power of two, which is exact and cannot be seen, so that the spheres
     reach about 1 from the camera: neither their squares nor those of anything larger than 1e-19 of
     that leave float32's range. The space is the camera's, or, with a tree, the world's axes with
@@ -523,6 +533,8 @@ def arguments(world: World, scene: Scene, width: int, height: int) -> dict[str, 
         reach = _extent(center, radius)
     extent: Any = wide(reach or light_distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
+    if not literal:
+        _require_in_range(world, eye, extent)
     bias = float(scale * min(scene.shadow_bias, MAX_DISTANCE * extent))
     camera = np.zeros(1, camera_dtype(real))
     with _overflow(world.precision):
@@ -661,16 +673,38 @@ def _beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
 
 def tree_keys(spheres: Spheres) -> Array:
     """What a tree is ordered by, (spheres, 4) float32: centre and twice the radius, in units of the
-    box around the centres."""
+    box around the centres, from about the middle one: so a ball of radius 1e9 as a ground leaves
+    the others their digits."""
     sides = spheres.center.T.astype(np.float64, copy=False)  # each by itself: twice as fast
-    low, high = (np.array([find(side) for side in sides]) for find in (np.min, np.max))
-    middle = low / 2 + high / 2
-    unit = float(np.max(high / 2 - low / 2)) or 1.0
+    half = float(max(np.max(side) / 2 - np.min(side) / 2 for side in sides)) or 1.0
+    some = spheres.center[:: -(-len(spheres) // lens.LOOKED_AT)].astype(np.float64, copy=False)
+    middle = np.sort(some, axis=0)[len(some) // 2]
     keys = np.empty((len(spheres), 4), np.float32)
     for block in lens.blocks(len(spheres)):
-        keys[block, :3] = (spheres.center[block] - middle) / unit
-        keys[block, 3] = np.minimum(2 * (spheres.radius[block] / np.float64(unit)), 1e30)
+        # Halves, lest two centres be farther apart than any number.
+        keys[block, :3] = (spheres.center[block] / 2 - middle / 2) / half
+        keys[block, 3] = np.minimum(spheres.radius[block] / np.float64(half), 1e30)
     return keys
+
+
+def _require_in_range(world: World, eye: Array, extent: Any) -> None:
+    """Raises RequestError: a sphere that the camera sees is lost beside the farthest, which is no
+    giant."""
+    radii, least = world.spheres.radius, LEAST_RADIUS[PRECISIONS[world.precision]] * extent
+    if not len(radii) or np.min(radii) >= least:
+        return
+    small = np.flatnonzero(radii < least)
+    radius = radii[small].astype(np.longdouble)
+    distance = np.linalg.norm(world.spheres.center[small].astype(np.longdouble) - eye, axis=1)
+    seen = small[radius > SPECK * distance]
+    if len(seen):
+        # As words: a float64 may not hold the extent.
+        wanted = "double" if world.precision == "robust" else "the farthest spheres nearer"
+        raise RequestError(
+            f"precision: {world.precision} cannot show a sphere of radius {radii[seen[0]]:.3g} and "
+            f"one that reaches {np.format_float_scientific(extent, 2)} from the camera, "
+            f"expected {wanted}"
+        )
 
 
 def _overflow(precision: Precision) -> Any:
