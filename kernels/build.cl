@@ -84,7 +84,8 @@ static void select_(__global float4 *keys, __global int *order, long a, long b, 
     }
 }
 
-// TREE: the standard deviation of twice the radius. In two passes: |w|^2 - mean^2 would lose it where the mean is large against it.
+// TREE: the standard deviation of twice the radius. In two passes: the mean square less the square of
+// the mean would lose it where the mean is large against it.
 static float deviation_of_radius(__global const float4 *keys, long a, long b) {
     float mean = 0, square = 0;
     for (long i = a; i < b; i++) mean += keys[i].w;
