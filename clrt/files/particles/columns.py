@@ -57,11 +57,11 @@ class Columns:
     """
 
     def __init__(self, columns: Mapping[str, Array]) -> None:
-        self.left = dict(columns)
+        self.left = {n: column for n, column in columns.items() if not n.startswith(rules.TWICE)}
         self._names: dict[str, str] = {}
         """The names by those in small letters."""
         self._units: dict[str, str | None] = {}
-        for name in columns:
+        for name in self.left:
             plain, unit = title(name)
             if plain.lower() not in self._names or plain == plain.lower():
                 self._names[plain.lower()] = name

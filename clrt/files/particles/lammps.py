@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clrt.files.particles import rules
 from clrt.files.particles.columns import kind_of, particles
 from clrt.files.particles.text import Column, Lines, is_number, table
 from clrt.particles.particles import Particles
@@ -40,7 +41,7 @@ def read(lines: Lines) -> Particles:
         SceneError: naming file, line and what was expected.
     """
     header = _header(lines)
-    names = header.names
+    names = rules.first_of_each(header.names, str(lines.path))
     first = (lines.peek() or "").split() if header.rows else []
     words = first if len(first) == len(names) else ["0"] * len(names)
     kinds = map(kind_of, names, words)
@@ -48,12 +49,13 @@ def read(lines: Lines) -> Particles:
     read, line_of = table(lines, columns, header.rows)
     cell, origin = header.cell, header.origin
     for axes in (*PLAIN, *SCALED):
-        if all(axis in read for axis in axes):
-            positions = np.stack([read.pop(axis) for axis in axes], axis=1)
+        there = [axis for axis in axes if axis in read]
+        if there[:2] == list(axes[:2]):  # a run in two dimensions need not write z
+            positions = np.stack([read.pop(axis) for axis in there], axis=1)
             if axes in SCALED:
                 if cell is None:
                     raise lines.error("ITEM: BOX BOUNDS for scaled coordinates", " ".join(axes))
-                positions = origin + positions @ cell
+                positions = (positions @ cell[: len(there)] + origin)[:, : len(there)]
             read["positions"] = frozen(positions)
             break
     return particles(read, str(lines.path), cell, origin, line_of=line_of)
@@ -79,7 +81,7 @@ def _header(lines: Lines) -> Header:
     names = item.split()[1:]
     if rows is None:
         raise lines.error("ITEM: NUMBER OF ATOMS before", line)
-    if not names or len(set(names)) < len(names):
+    if not names:
         raise lines.error("ITEM: ATOMS with the names of the columns", line)
     return Header(rows, names, cell, origin)
 

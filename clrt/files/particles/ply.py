@@ -3,13 +3,17 @@
 G. Turk, The PLY Polygon File Format (1998); https://paulbourke.net/dataformats/ply
 """
 
+import math
 import os
+import re
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from clrt import memory
 from clrt.errors import SceneError
+from clrt.files.particles import rules
 from clrt.files.particles.columns import particles
 from clrt.files.particles.text import MOST_COLUMNS, Column, Lines, table
 from clrt.particles.particles import Particles
@@ -18,8 +22,14 @@ from clrt.values import Array
 KINDS = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
     "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
-    "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
+    "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8", "bool": "u1",
+    "int64": "i8", "uint64": "u8", "long": "i8", "ulong": "u8", "half": "f2", "float16": "f2",
+    "byte": "i1", "ubyte": "u1",
 }  # fmt: skip
+"""The first sixteen are the format's; others that programs write have names that tell."""
+SPLAT = {*(f"{name}_{i}" for name in ("f_dc", "scale") for i in range(3)), "x", "y", "z"}
+HARMONIC = 0.5 / math.sqrt(math.pi)
+"""Y00, the zeroth spherical harmonic."""
 ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -52,13 +62,67 @@ def read(lines: Lines) -> Particles:
         kinds = {name: kind if kind[0] == "f" else "i8" for name, kind in vertices.kinds.items()}
         columns = [Column(name, kind) for name, kind in kinds.items()]
         read, line_of = table(lines, columns, vertices.rows)
-        return particles(read, source, line_of=line_of)
+        for name, kind in vertices.kinds.items():
+            read[name] = _fitting(read[name], name, kind, source, line_of)
+        return _drawn(read, source, elements, line_of)
     if any("" in element.kinds.values() for element in before):
         raise lines.error("no lists before the vertices", "end_header")
     for element in before:
         lines.file.seek(element.rows * _dtype(form, element).itemsize, os.SEEK_CUR)
     rows = _rows(lines, vertices.rows, _dtype(form, vertices))
-    return particles({name: rows[name] for name in vertices.kinds}, source)
+    return _drawn({name: rows[name] for name in vertices.kinds}, source, elements, None)
+
+
+def _fitting(
+    column: Array, name: str, kind: str, source: str, line_of: Callable[[int], int]
+) -> Array:
+    """A column of text as the kind that the header says, whose range says what a colour is to.
+
+    Raises:
+        SceneError: a value is not of that kind.
+    """
+    if kind[0] == "f":
+        return column
+    limits = np.iinfo(kind)
+    if len(wrong := np.flatnonzero((column < limits.min) | (column > limits.max))):
+        line, got = line_of(int(wrong[0])), column[wrong[0]]
+        expected = f"expected {name} from {limits.min} to {limits.max}, got {got}"
+        raise SceneError(f"{source}: line {line}: {expected}")
+    return column.astype(kind)
+
+
+def _drawn(
+    columns: dict[str, Array],
+    source: str,
+    elements: list[Element],
+    line_of: Callable[[int], int] | None,
+) -> Particles:
+    """The vertices, and what is said of the rest."""
+    for element in elements:
+        if element.name not in ("vertex", "edge", "camera") and element.rows:
+            rules.say(source, f"element {element.name}: is not used: its vertices are drawn")
+    if columns.keys() >= SPLAT:
+        columns = _of_splats(columns, source)
+    return particles(columns, source, line_of=line_of)
+
+
+def _of_splats(columns: dict[str, Array], source: str) -> dict[str, Array]:
+    """Gaussian splats (Kerbl et al., 2023) as spheres of 2 exp of their mean scale, in the colour
+    of their zeroth spherical harmonic, and with their opacity as a column."""
+    names = [f"f_dc_{i}" for i in range(3)], [f"scale_{i}" for i in range(3)]
+    red_green_blue, scales = (
+        np.stack([columns[name].astype(np.float64) for name in part], axis=1) for part in names
+    )
+    kept = {name: columns[name] for name in "xyz"}
+    kept["radius"] = 2 * np.exp(scales.mean(axis=1))
+    kept["colors"] = np.clip(0.5 + HARMONIC * red_green_blue, 0, 1)
+    used = {*kept, *names[0], *names[1], "opacity"}
+    if "opacity" in columns:
+        kept["opacity"] = 1 / (1 + np.exp(-columns["opacity"].astype(np.float64)))
+    more = sorted({re.sub(r"_?\d+$", "", name) for name in columns.keys() - used})
+    named = f", without {' '.join(more)}" if more else ""
+    rules.say(source, f"Gaussian splats are drawn as spheres of 2 exp(mean scale){named}")
+    return kept
 
 
 def _rows(lines: Lines, count: int, dtype: "np.dtype[Any]") -> Array:
@@ -95,6 +159,8 @@ def _header(lines: Lines) -> tuple[str, list[Element]]:
                 _add(lines, elements[-1], name, "")
             case ["property", kind, name] if elements and kind in KINDS:
                 _add(lines, elements[-1], name, KINDS[kind])
+            case ["property", kind, _] if elements:
+                raise lines.error(f"one of the types {' '.join(KINDS)}", kind)
             case _:
                 raise lines.error("a line of a PLY header", line)
     if form is None:
@@ -103,6 +169,9 @@ def _header(lines: Lines) -> tuple[str, list[Element]]:
 
 
 def _add(lines: Lines, element: Element, name: str, kind: str) -> None:
-    if name in element.kinds or len(element.kinds) == MOST_COLUMNS:
-        raise lines.error(f"another name for each of at most {MOST_COLUMNS} properties", name)
+    if len(element.kinds) == MOST_COLUMNS:
+        raise lines.error(f"at most {MOST_COLUMNS} properties", name)
+    if name in element.kinds:
+        rules.say(str(lines.path), f"{name}: two properties have this name: the first is used")
+        name = f"{rules.TWICE}{len(element.kinds)}"
     element.kinds[name] = kind

@@ -22,6 +22,24 @@ def say(source: str, text: str) -> None:
     warnings.warn(f"{source}: {text}", ParticleWarning, stacklevel=3)
 
 
+TWICE = "\0"
+"""Begins the name of a column whose name another one has, and which is not used."""
+
+
+def first_of_each(names: list[str], source: str) -> list[str]:
+    """Names of columns, of which those that were there before begin with TWICE."""
+    if len(set(names)) == len(names):
+        return names
+    there, found = set[str](), list[str]()
+    for i, name in enumerate(names):
+        if name in there and name:
+            say(source, f"{name}: two columns have this name: the first is used")
+            name = f"{TWICE}{i}"
+        there.add(name)
+        found.append(name)
+    return found
+
+
 class Kept(NamedTuple):
     """Which particles are drawn."""
 

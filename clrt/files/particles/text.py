@@ -23,6 +23,11 @@ CUTS_FRACTIONS = np.lib.NumpyVersion(np.__version__) < "2.3.0"
 NAME_BYTES = (8, 64)  # of names: most have less than 8, and those are told apart as integers
 
 
+FORTRAN = re.compile(r"(?<![^\s,;])([-+]?(?:\d+\.\d*|\.\d+))[dD]([-+]?\d+)(?![^\s,;])")
+"""A number whose exponent stands behind a D."""
+FORTRAN_BYTES = re.compile(FORTRAN.pattern.encode())
+
+
 class Mark(NamedTuple):
     """A place between two lines of a file."""
 
@@ -188,7 +193,11 @@ def _read(
             found = _parsed(lines, np.dtype(fields), rows, delimiter)
         except ValueError as error:
             lines.seek(start)
-            raise _wrong_line(lines, columns, rows, delimiter, str(error)) from None
+            try:
+                found = _parsed(lines, np.dtype(fields), rows, delimiter, _of_fortran)
+            except ValueError:
+                lines.seek(start)
+                raise _wrong_line(lines, columns, rows, delimiter, str(error)) from None
         lines.number = start.line + len(found)
         names = [found[f"{i}"] for i, column in enumerate(columns) if column.kind == "S"]
         if not any(_has_long(column, size) for column in names):
@@ -199,8 +208,21 @@ def _read(
     raise lines.error(f"names of less than {size} bytes", "a longer one before it")
 
 
-def _parsed(lines: Lines, dtype: "np.dtype[Any]", rows: int | None, delimiter: str | None) -> Array:
+def _of_fortran(line: bytes) -> bytes:
+    return FORTRAN_BYTES.sub(rb"\1e\2", line)
+
+
+def _parsed(
+    lines: Lines,
+    dtype: "np.dtype[Any]",
+    rows: int | None,
+    delimiter: str | None,
+    mended: Callable[[bytes], bytes] | None = None,
+) -> Array:
     """(rows,) of that dtype.
+
+    Args:
+        mended: what a line should be.
 
     Raises:
         ValueError: there are fewer, or they are something else.
@@ -211,8 +233,9 @@ def _parsed(lines: Lines, dtype: "np.dtype[Any]", rows: int | None, delimiter: s
     if rows is not None and (rows == 0 or not lines.peek()):
         found = np.empty(0, dtype)
     else:
+        given = islice(lines.file, rows)
         found = np.loadtxt(
-            islice(lines.file, rows),
+            given if mended is None else map(mended, given),
             np.dtype(asked),
             comments="#" if rows is None else None,
             delimiter=delimiter,

@@ -8,18 +8,25 @@ import re
 
 import numpy as np
 
+from clrt.files.particles import rules
 from clrt.files.particles.columns import kind_of, particles
-from clrt.files.particles.text import Column, Lines, Mark, Table, is_number, table
+from clrt.files.particles.text import Column, Lines, Mark, Table, is_number, rest, table
 from clrt.particles.particles import Particles
 from clrt.values import Array
 
 KINDS = {"R": "f8", "I": "i8", "S": "S", "L": "S"}
+TRUE = (b"T", b"True", b"TRUE", b"true", b".TRUE.", b".true.", b"1")
+FALSE = (b"F", b"False", b"FALSE", b"false", b".FALSE.", b".false.", b"0")
 FAST_FROM = 100_000  # particles; with less it takes longer to import extxyz than to do without
 KEY = re.compile(r"""(\w+)\s*=\s*("[^"]*"|'[^']*'|\{[^}]*\}|\[[^=]*\]|\S+)""")
 
 
 def skip(lines: Lines) -> None:
     """Goes on to the next frame."""
+    if _has_no_count(lines):
+        while lines.filled_line() is not None:
+            pass
+        return
     count = lines.count(lines.filled_line())
     lines.line()
     lines.skip(count)
@@ -31,7 +38,8 @@ def read(lines: Lines) -> Particles:
     Raises:
         SceneError: naming file, line and what was expected.
     """
-    lines.skip_blank()
+    if _has_no_count(lines):
+        return _points(lines)
     start = lines.mark()
     count = lines.count(lines.line())
     comment = lines.line() or ""
@@ -43,13 +51,38 @@ def read(lines: Lines) -> Particles:
     cell = _numbers(lines, keys, "lattice", 9)
     origin = _numbers(lines, keys, "origin", 3)
     read, line_of = _by_extxyz(lines, start, columns, count) or table(lines, columns, count)
+    for name in re.findall(r"(?:^|:)([^:]+):L:", keys.get("properties", "")):
+        read[name] = _truths(read[name])
     return particles(
-        _flat(read, columns),
+        read,
         str(lines.path),
         None if cell is None else cell.reshape(3, 3),
         (0.0, 0.0, 0.0) if origin is None else origin,
         line_of=line_of,
     )
+
+
+def _has_no_count(lines: Lines) -> bool:
+    """Whether this is a file of points that has a line for each, from its first on."""
+    lines.skip_blank()
+    words = (lines.peek() or "").split() if lines.number == 0 or lines.mark().offset == 0 else []
+    return len(words) > 1 and sum(map(is_number, words)) >= 3
+
+
+def _points(lines: Lines) -> Particles:
+    """Points without a count: x, y, z and more, or names before them."""
+    words = (lines.peek() or "").split()
+    if is_number(words[0]):
+        rest_of = words[3:]
+        names = ["x", "y", "z"]
+        whole = len(rest_of) == 3 and all(re.fullmatch(r"[0-9]{1,3}", word) for word in rest_of)
+        names += ["red", "green", "blue"] if whole else []
+    else:
+        names = ["species", "x", "y", "z"]
+    names += [f"column{i}" for i in range(len(names) + 1, len(words) + 1)]
+    columns = [Column(name, kind_of(name, word)) for name, word in zip(names, words, strict=True)]
+    read, line_of = rest(lines, columns, None)
+    return particles(read, str(lines.path), line_of=line_of)
 
 
 def _properties(lines: Lines, text: str) -> list[Column]:
@@ -60,10 +93,10 @@ def _properties(lines: Lines, text: str) -> list[Column]:
         if kind not in KINDS or not (width.isdecimal() and 0 < int(width[:9]) < 1000):
             break
         columns.append(Column("numbers" if name == "Z" else name, KINDS[kind], int(width)))
-    names = [column.name for column in columns]
-    if 3 * len(columns) != len(words) or len(set(names)) < len(names):
+    if 3 * len(columns) != len(words):
         raise lines.error("Properties=name:kind:width:..., kinds R I S L", text)
-    return columns
+    names = rules.first_of_each([column.name for column in columns], str(lines.path))
+    return [column._replace(name=name) for column, name in zip(columns, names, strict=True)]
 
 
 def _plain(lines: Lines, first: str | None) -> list[Column]:
@@ -125,14 +158,8 @@ def _by_extxyz(lines: Lines, start: Mark, columns: list[Column], count: int) -> 
     return Table(read, lambda row: first + row)
 
 
-def _flat(read: dict[str, Array], columns: list[Column]) -> dict[str, Array]:
-    """Columns of vectors that are no positions and colours as one for each axis."""
-    flat = {}
-    for name, _, width in columns:
-        column = read[name]
-        if width == 1 or name.lower() in ("pos", "position", "positions", "color", "colors"):
-            flat[name] = column
-        else:
-            axes = "xyz" if width == 3 else range(1, width + 1)
-            flat |= {f"{name}_{axis}": column[:, i] for i, axis in enumerate(axes)}
-    return flat
+def _truths(column: Array) -> Array:
+    """T and F as booleans; others as they are."""
+    names = column.astype("S")
+    true = np.isin(names, TRUE)
+    return true if (true | np.isin(names, FALSE)).all() else column
