@@ -32,6 +32,16 @@ class SceneError(RequestError):
     """A scene that is not one. The message names file, key and what was expected."""
 
 
+class FrameError(SceneError):
+    """A frame of a trajectory that cannot be read, while others can."""
+
+    exit_status = 1
+
+
+class CutError(SceneError):
+    """A file ends where something is still to come."""
+
+
 @contextmanager
 def named(source: object, kind: type[ClrtError] = RequestError) -> Iterator[None]:
     """Puts the name of a file, or of a scene, before what is found wrong with it."""

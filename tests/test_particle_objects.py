@@ -107,7 +107,11 @@ def test_ovitos_data_collection() -> None:
         (np.zeros(3), "ndarray: expected numbers of shape (n, 3), or (n, 4) with the radius last"),
         ([[1, 2], [3]], "list: expected an array, got rows of several lengths"),
         ({"pos": [[1, 2], [3]]}, "dict: pos: expected an array, got rows of several lengths"),
-        (["a.xyz"], "list: expected numbers of shape (n, 3), or (n, 4) with the radius last, got"),
+        (["a.xyz"], "a.xyz: no such file"),
+        (
+            ["a.xyz", 1],
+            "list: expected numbers of shape (n, 3), or (n, 4) with the radius last, got",
+        ),
         ({}, "dict: expected columns x, y and z or positions (n, 3), got none"),
         ({"pos": POSITIONS, "r": "big"}, "dict: radii: expected numbers of shape (n,) or one num"),
         (group(), None),

@@ -24,7 +24,7 @@ def read_npz(source: str, file: IO[bytes]) -> Particles:
 
 
 def read_npy(source: str, file: IO[bytes]) -> Particles:
-    """The particles of an .npy file: (n, 3), or (n, 4) with the radius last.
+    """The particles of an .npy file: (n, 2) or (n, 3), or (n, 4) with the radius last.
 
     Raises:
         SceneError: it has another shape, or a value is wrong.
@@ -42,13 +42,13 @@ def _check(source: str, file: IO[bytes], begin: bytes) -> None:
 
 
 def of_array(given: ArrayLike, source: str) -> Particles:
-    """Positions (n, 3), or (n, 4) with the radius last.
+    """Positions (n, 2) or (n, 3), or (n, 4) with the radius last.
 
     Raises:
         SceneError: it has another shape, or a value is wrong.
     """
     array = _array(given, source)
-    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iuf":
+    if array.ndim != 2 or array.shape[1] not in (2, 3, 4) or array.dtype.kind not in "iuf":
         expected = "numbers of shape (n, 3), or (n, 4) with the radius last"
         raise SceneError(f"{source}: expected {expected}, got {array.dtype} of {array.shape}")
     columns = {"positions": array[:, :3]}

@@ -12,6 +12,7 @@ from clrt.files.particles.columns import NUMBERS, kind_of, particles
 from clrt.files.particles.naming import POSITIONS, title
 from clrt.files.particles.text import (
     FORTRAN,
+    MOST_COLUMNS,
     Column,
     Lines,
     Mark,
@@ -56,6 +57,8 @@ def read(lines: Lines) -> Particles:
         Column(name, kind_of(title(name).name, word) if name else "S")
         for name, word in zip(names, words if len(words) == len(names) else names, strict=True)
     ]
+    if len(columns) > MOST_COLUMNS:
+        raise lines.error(f"at most {MOST_COLUMNS} columns", f"{len(columns)} of them")
     lines.seek(start)
     try:
         read, line_of = rest(lines, columns, delimiter) if first else table(lines, columns, 0)

@@ -20,6 +20,11 @@ PLAIN = (("x", "y", "z"), ("xu", "yu", "zu"))
 SCALED = (("xs", "ys", "zs"), ("xsu", "ysu", "zsu"))
 
 
+LENGTHS = {"real": "angstrom", "metal": "angstrom", "si": "m", "cgs": "cm", "electron": "bohr",
+           "micro": "um", "nano": "nm"}  # fmt: skip
+"""The unit of length of each of LAMMPS's units; in those of lj there is none."""
+
+
 class Header(NamedTuple):
     """What a frame says before its rows."""
 
@@ -27,6 +32,7 @@ class Header(NamedTuple):
     names: list[str]
     cell: Array | None
     origin: Array
+    units: str | None
 
 
 def skip(lines: Lines) -> None:
@@ -58,11 +64,12 @@ def read(lines: Lines) -> Particles:
                 positions = (positions @ cell[: len(there)] + origin)[:, : len(there)]
             read["positions"] = frozen(positions)
             break
-    return particles(read, str(lines.path), cell, origin, line_of=line_of)
+    unit = LENGTHS.get(header.units or "")
+    return particles(read, str(lines.path), cell, origin, line_of=line_of, unit=unit)
 
 
 def _header(lines: Lines) -> Header:
-    rows, cell, origin = None, None, np.zeros(3)
+    rows, cell, origin, units = None, None, np.zeros(3), None
     while True:
         line = lines.filled_line()
         if line is None or not line.startswith(AHEAD):
@@ -75,7 +82,8 @@ def _header(lines: Lines) -> Header:
         elif item.startswith("BOX BOUNDS"):
             cell, origin = _box(lines, item)
         elif item in SKIPPED:
-            lines.line()
+            said = lines.line()
+            units = said if item == "UNITS" else units
         else:
             raise lines.error("ITEM: TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS", line)
     names = item.split()[1:]
@@ -83,7 +91,7 @@ def _header(lines: Lines) -> Header:
         raise lines.error("ITEM: NUMBER OF ATOMS before", line)
     if not names:
         raise lines.error("ITEM: ATOMS with the names of the columns", line)
-    return Header(rows, names, cell, origin)
+    return Header(rows, names, cell, origin, units)
 
 
 def _box(lines: Lines, item: str) -> tuple[Array, Array]:
@@ -103,11 +111,16 @@ def _box(lines: Lines, item: str) -> tuple[Array, Array]:
     if is_general:
         return box[:, :3], box[:, 3]
     low, high = box[:, 0], box[:, 1]
-    cell = np.zeros((3, 3))
+    tilt = box[:, 2] if is_tilted else np.zeros(3)
     if is_tilted:  # the bounds are those of the tilted box
-        xy, xz, yz = box[:, 2]
+        xy, xz, yz = tilt
         low = low - [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
         high = high - [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
-        cell[1, 0], cell[2, 0], cell[2, 1] = xy, xz, yz
-    cell[np.diag_indices(3)] = high - low
-    return cell, low
+    return lower_triangle(high - low, tilt), low
+
+
+def lower_triangle(sides: Array, tilt: Array) -> Array:
+    """The cell (3, 3) of LAMMPS's lengths along the axes and tilt factors xy, xz and yz."""
+    cell = np.diag(sides)
+    cell[1, 0], cell[2, 0], cell[2, 1] = tilt
+    return cell

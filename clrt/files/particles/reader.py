@@ -1,14 +1,12 @@
 """Particles by a file's name or of an object: which of the readers reads it."""
 
-import gzip
-import io
 import operator
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from itertools import count
 from pathlib import Path
-from typing import IO, Any, Self, cast
+from typing import IO, Any, Self
 
 from clrt.errors import ClrtError, RequestError, SceneError
 from clrt.files.particles import (
@@ -16,28 +14,34 @@ from clrt.files.particles import (
     csv,
     hoomd,
     lammps,
+    lammps_data,
     molecules,
     objects,
+    opened,
     ply,
+    series,
     suffix,
+    vtk,
     xyz,
 )
 from clrt.files.particles.text import Lines
 from clrt.files.particles.trajectory import Frames, Single, Trajectory
 from clrt.particles.particles import Particles
 
-BUFFER = 1 << 20  # bytes
+Source = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 
-def read(source: Any, frame: int = 0) -> Particles:
+def read(source: Any, frame: int = 0, format: str | None = None) -> Particles:
     """One frame of a file of particles, or an object's particles.
 
     Args:
-        source: a file's name: .npz .npy .csv .ply .xyz .extxyz .dump .lammpstrj, and with an extra
-            .pdb .cif .gsd; all but .gsd may be gzipped (.gz). Or ASE's Atoms, MDAnalysis's
-            AtomGroup, gsd's Frame, OVITO's DataCollection, an array (n, 3), or (n, 4) with the
+        source: a file's name; docs/particles.md has the formats. "-" is stdin. Several names, or a
+            pattern as "dump.*", are one file a frame, in the order of their timestep if each has
+            one, or else of the numbers in their names. Or ASE's Atoms, MDAnalysis's AtomGroup,
+            gsd's Frame, OVITO's DataCollection, an array (n, 2) or (n, 3), or (n, 4) with the
             radius last, or a dict of arrays with the keys of an .npz file.
-        frame: which one, from 0.
+        frame: which one, from 0; -1 is the last one.
+        format: a name of clrt.files.particles.suffix.FORMATS, for a file whose name does not tell.
 
     Returns:
         what the file has, in its own units. Colours are sRGB, as in the file.
@@ -50,53 +54,67 @@ def read(source: Any, frame: int = 0) -> Particles:
     try:
         k = operator.index(frame)
     except TypeError:
-        k = -1
-    if k < 0:
-        raise RequestError(f"frame: expected a whole number from 0 on, got {frame!r}")
-    if not isinstance(source, str | os.PathLike):
-        if k > 0:
+        raise RequestError(f"frame: expected a whole number, got {frame!r}") from None
+    if not is_source(source):
+        if k not in (0, -1):
             raise RequestError(f"frame: expected 0 for what is no file, got {k}")
         return objects.read(source)
-    with Reader(Path(source)) as file:
-        if (particles := file.frame(k)) is None:
+    with Reader(source, format) as file:
+        found = file.frame(file.count() + k if k < 0 else k)
+        if found is None:
             last = file.count() - 1
-            raise RequestError(f"{source}: expected a frame from 0 to {last}, got {k}")
-    return particles
+            raise RequestError(f"{file.name}: expected a frame from 0 to {last}, got {k}")
+    return found
 
 
-def read_frames(path: str | os.PathLike[str]) -> Iterator[Particles]:
-    """All frames of a file, one after the other, and no more than one in memory.
+def read_frames(path: Source, format: str | None = None) -> Iterator[Particles]:
+    """All frames of a file, or of files with a frame each, one after the other, and no more than
+    one in memory.
 
     Raises:
         as read(), when the frame is due.
     """
-    with Reader(Path(path)) as file:
+    with Reader(path, format) as file:
         for k in count():
             if (particles := file.frame(k)) is None:
                 return
             yield particles
 
 
+def is_source(given: Any) -> bool:
+    """Whether this is a file's name, or several."""
+    if isinstance(given, list | tuple) and given:
+        return all(isinstance(one, str | os.PathLike) for one in given)
+    return isinstance(given, str | os.PathLike)
+
+
 class Reader:
-    """A file of particles, open.
+    """A file of particles, or some with a frame each, open.
 
     Raises:
         as read(), from all that it does.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        with _told(path):
-            self._frames = _opener(path)(path)
+    def __init__(self, source: Source, format: str | None = None) -> None:
+        given = [source] if isinstance(source, str | os.PathLike) else list(source)
+        paths = [path for one in given for path in series.files_of(Path(one))]
+        self.name = str(given[0]) if len(given) == 1 else f"{given[0]} and others"
+        with _told(self.name):
+            if len(paths) == 1:
+                self._frames = _open(paths[0], format)
+            else:
+                for path in paths:
+                    _check(path, format)
+                self._frames = series.Series(paths, lambda path: _open(path, format))
 
     def frame(self, k: int) -> Particles | None:
         """Frame k, from 0, or None after the last one."""
-        with _told(self.path):
-            return self._frames.frame(k)
+        with _told(self.name):
+            return self._frames.frame(k) if k >= 0 else None
 
     def count(self) -> int:
         """How many frames there are. A text file is read to its end for that, once."""
-        with _told(self.path):
+        with _told(self.name):
             return self._frames.count()
 
     def __enter__(self) -> Self:
@@ -106,19 +124,34 @@ class Reader:
         self._frames.close()
 
 
-def _opener(path: Path) -> "Callable[[Path], Frames]":
-    kind, is_packed = suffix.split(path)
-    if kind not in READERS or (is_packed and kind == ".gsd"):
-        raise RequestError(f"{path}: expected a name that ends in one of {' '.join(READERS)}")
+def _check(path: Path, format: str | None) -> str:
+    """The format of a file that is there.
+
+    Raises:
+        RequestError: it is of none, or is not there.
+    """
+    if format is not None and format not in READERS:
+        raise RequestError(f"format: expected one of {', '.join(READERS)}, got {format!r}")
+    form = format or suffix.format_of(path)
+    if str(path) == suffix.STDIN:
+        if form is None:
+            raise RequestError(f"-: stdin needs --format NAME, one of {', '.join(READERS)}")
+        return form
+    if form is None:
+        raise RequestError(f"{path}: {suffix.reads_it(path)}")
     if not path.is_file():
         if path.exists():
             raise SceneError(f"{path}: is a folder or a device, expected a file")
         raise SceneError(f"{path}: no such file")
-    return READERS[kind]
+    return form
+
+
+def _open(path: Path, format: str | None) -> Frames:
+    return READERS[_check(path, format)](path)
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _told(name: str) -> Iterator[None]:
     """Makes one line of what goes wrong."""
     try:
         yield
@@ -126,18 +159,12 @@ def _told(path: Path) -> Iterator[None]:
         raise
     except Exception as error:  # what a spoilt file makes of NumPy, gzip and gemmi has no end
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        raise SceneError(f"{path}: cannot be read: {' '.join(reason.split())}") from None
-
-
-def _lines(path: Path) -> Lines:
-    is_packed = suffix.split(path)[1]
-    raw = cast(io.RawIOBase, gzip.GzipFile(path)) if is_packed else io.FileIO(path)
-    return Lines(path, io.BufferedReader(raw, BUFFER), is_packed)
+        raise SceneError(f"{name}: cannot be read: {' '.join(reason.split())}") from None
 
 
 def _text(read: Callable[[Lines], Particles]) -> Callable[[Path], Frames]:
     def single(path: Path) -> Frames:
-        lines = _lines(path)
+        lines = opened.lines(path)
         return Single(lambda: read(lines), lines.file.close)
 
     return single
@@ -145,31 +172,52 @@ def _text(read: Callable[[Lines], Particles]) -> Callable[[Path], Frames]:
 
 def _arrays(read: Callable[[str, IO[bytes]], Particles]) -> Callable[[Path], Frames]:
     def single(path: Path) -> Frames:
-        # NumPy would read a BufferedReader of gzip's past it, from the file below.
-        file = cast(IO[bytes], gzip.GzipFile(path)) if suffix.split(path)[1] else path.open("rb")
+        file = opened.binary(path)  # NumPy would read a BufferedReader of gzip's past it
         return Single(lambda: read(str(path), file), file.close)
 
     return single
 
 
 def _xyz(path: Path) -> Frames:
-    return Trajectory(_lines(path), xyz.read, xyz.skip)
+    return Trajectory(opened.lines(path), xyz.read, xyz.skip)
 
 
 def _lammps(path: Path) -> Frames:
-    return Trajectory(_lines(path), lammps.read, lammps.skip)
+    return Trajectory(opened.lines(path), lammps.read, lammps.skip)
+
+
+class _OnDisk:
+    """Frames of a library that opens files by their names: of an unpacked file."""
+
+    def __init__(self, path: Path, form: str, open_file: Callable[[Path], Frames]) -> None:
+        self._stack = ExitStack()
+        with self._stack:
+            self._frames = open_file(self._stack.enter_context(opened.on_disk(path, form)))
+            self._stack.callback(self._frames.close)
+            self._stack = self._stack.pop_all()
+        self.frame, self.count = self._frames.frame, self._frames.count
+
+    def close(self) -> None:
+        self._stack.close()
+
+
+def _library(form: str, open_file: Callable[[Path], Frames]) -> Callable[[Path], Frames]:
+    return lambda path: (
+        _OnDisk(path, form, open_file) if opened.is_packed(path) else open_file(path)
+    )
 
 
 READERS: dict[str, Callable[[Path], Frames]] = {
-    ".npz": _arrays(arrays.read_npz),
-    ".npy": _arrays(arrays.read_npy),
-    ".csv": _text(csv.read),
-    ".ply": _text(ply.read),
-    ".xyz": _xyz,
-    ".extxyz": _xyz,
-    ".dump": _lammps,
-    ".lammpstrj": _lammps,
-    ".pdb": molecules.Models,
-    ".cif": molecules.Models,
-    ".gsd": hoomd.Frames,
+    "npz": _arrays(arrays.read_npz),
+    "npy": _arrays(arrays.read_npy),
+    "csv": _text(csv.read),
+    "ply": _text(ply.read),
+    "xyz": _xyz,
+    "dump": _lammps,
+    "data": _text(lammps_data.read),
+    "pdb": _library("pdb", molecules.Models),
+    "cif": _library("cif", molecules.Models),
+    "gsd": _library("gsd", hoomd.Frames),
+    "vtk": _library("vtk", lambda path: Single(lambda: vtk.read(path), lambda: None)),
 }
+"""By the names of clrt.files.particles.suffix.FORMATS."""

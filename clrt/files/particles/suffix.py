@@ -1,20 +1,80 @@
-"""Suffix: whether a file is one of particles, and of which format, by its name."""
+"""Suffix: of which format a file of particles is, by its name or by how it begins."""
 
+import re
 from pathlib import Path
 
-SUFFIXES = (
-    *(".npz", ".npy", ".csv", ".ply", ".xyz", ".extxyz", ".dump", ".lammpstrj"),
-    *(".pdb", ".cif", ".gsd"),
-)
-"""Those of clrt.files.particles.reader.READERS, which takes longer to import."""
+FORMATS: dict[str, tuple[str, ...]] = {
+    "npz": (".npz",),
+    "npy": (".npy",),
+    "csv": (".csv", ".tsv"),
+    "ply": (".ply",),
+    "xyz": (".xyz", ".extxyz"),
+    "dump": (".dump", ".lammpstrj", ".lammpsdump"),
+    "data": (".data", ".lmp"),
+    "pdb": (".pdb", ".ent"),
+    "cif": (".cif", ".mmcif"),
+    "gsd": (".gsd",),
+    "vtk": (".vtp", ".vtu", ".vtk"),
+}
+"""The suffixes of each, in small letters. clrt.files.particles.reader reads them, which takes
+longer to import."""
+SUFFIXES = tuple(suffix for suffixes in FORMATS.values() for suffix in suffixes)
+PACKED = (".gz", ".bz2", ".xz", ".zst")
+STDIN = "-"
+BEGIN = {b"ITEM: ": "dump", b"ply\n": "ply", b"ply\r": "ply", b"\x93NUMPY": "npy"}
+"""How files begin that need no suffix."""
+NAMES = {"dump": "dump", "data": "data"}
+"""The first words of names, as dump.16000 and data.lj, that need no suffix."""
+
+ELSEWHERE = {
+    "ase.io.read": ".mol .sdf .traj .xsf .cube .xsd .res .gen .cell .cfg .db .castep .outcar",
+    "ovito.io.import_file": ".imd .fhi .bin .vtm .pvd .gdf",
+    "MDAnalysis.Universe": ".mol2 .psf .prmtop .tpr .dcd .xtc .trr .crd .pdbqt .pqr .nc .ncdf",
+    "trimesh.load": ".stl .obj .glb .gltf .off .3mf",
+    "pyvista.read": ".vti .vts .vtr .vtkhdf .pvtu .pvtp .case .foam",
+}
+"""What reads other formats, and gives objects that clrt.plot() takes."""
 
 
-def split(path: Path) -> tuple[str, bool]:
-    """The format's suffix, and whether the file is gzipped."""
-    name = path.name.lower()
-    return Path(name.removesuffix(".gz")).suffix, name.endswith(".gz")
+def split(path: Path) -> tuple[str, str]:
+    """The format's suffix, or "", and that of how it is packed, or ""."""
+    packed = next((end for end in PACKED if path.name.lower().endswith(end)), "")
+    return Path(path.name.lower().removesuffix(packed)).suffix, packed
+
+
+def format_of(path: Path) -> str | None:
+    """The format of a file by its name, or else by its first bytes; None: of none."""
+    name = path.name.lower().removesuffix(split(path)[1])
+    bare = re.sub(r"[._-]?\d+$", "", name)  # flow.dump.100 and dump.16000
+    for known in (name, bare):
+        suffix = Path(known).suffix
+        for form, suffixes in FORMATS.items():
+            if suffix in suffixes:
+                return form
+    if name.endswith(".toml"):
+        return None
+    if found := NAMES.get(re.split(r"[._\-\d]", name)[0]):
+        return found
+    try:
+        with path.open("rb") if path.is_file() else Path("/dev/null").open("rb") as file:
+            begin = file.read(8)
+    except OSError:
+        return None
+    return next((form for start, form in BEGIN.items() if begin.startswith(start)), None)
 
 
 def is_particles(path: Path) -> bool:
-    """Whether the suffix is that of a format of particles."""
-    return split(path)[0] in SUFFIXES
+    """Whether a file is one of particles."""
+    return str(path) == STDIN or format_of(path) is not None
+
+
+def reads_it(path: Path) -> str:
+    """What is said of a file that is of no format: what reads it, and which formats there are."""
+    suffix = split(path)[0]
+    known = f"clrt reads {' '.join(SUFFIXES)} and scenes .toml"
+    for reader, suffixes in ELSEWHERE.items():
+        if suffix in suffixes.split():
+            package = reader.split(".")[0]
+            call = f"clrt.plot({reader}({path.name[:40]!r}))"
+            return f"clrt does not read {suffix}; {package} does: {call}; {known}"
+    return f"{known}; --format NAME reads a file whose name does not tell"

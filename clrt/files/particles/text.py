@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clrt import memory
-from clrt.errors import SceneError
+from clrt.errors import CutError, SceneError
 from clrt.values import Array, some
 
 LONGEST = 1 << 20  # bytes of a line of a header, or of one that is wrong
@@ -60,6 +60,8 @@ class Lines:
     def __init__(self, path: Path, file: io.BufferedReader, is_packed: bool = False) -> None:
         self.path, self.file = path, file
         self.is_packed = is_packed
+        self.wrong: int | None = None
+        """That of the line that error() spoke of last."""
         self.number = 0
         """That of the last line that was read, from 1."""
 
@@ -119,11 +121,27 @@ class Lines:
             raise self.error("a number of particles that the file has room for", text)
         return count
 
+    def is_cut(self) -> bool:
+        """Whether the line that error() spoke of last is the file's last, and does not end."""
+        return self.wrong == self.number and not self.ends_with_a_line() and self.peek() is None
+
+    def ends_with_a_line(self) -> bool:
+        """Whether the last line ends as others do."""
+        if self.is_packed:
+            return not getattr(self.file.raw, "is_cut", False)
+        mark = self.mark()
+        self.file.seek(0, os.SEEK_END)
+        self.file.seek(max(self.file.tell() - 1, 0))
+        last = self.file.read(1)
+        self.seek(mark)
+        return last in (b"\n", b"\r", b"")
+
     def error(self, expected: str, got: str | None) -> SceneError:
         """An error in the line that was read last; None: the file ends after it."""
         if got is None:
             where = f"after line {self.number}" if self.number else "at once"
-            return SceneError(f"{self.path}: expected {expected}, the file ends {where}")
+            return CutError(f"{self.path}: expected {expected}, the file ends {where}")
+        self.wrong = self.number
         said = repr(got[:80])
         said = said if len(got) <= 80 >= len(said) else f"{said[:60]}..."
         return SceneError(f"{self.path}: line {self.number}: expected {expected}, got {said}")

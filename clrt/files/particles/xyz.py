@@ -64,8 +64,9 @@ def read(lines: Lines) -> Particles:
 
 def _has_no_count(lines: Lines) -> bool:
     """Whether this is a file of points that has a line for each, from its first on."""
+    is_first = lines.number == 0
     lines.skip_blank()
-    words = (lines.peek() or "").split() if lines.number == 0 or lines.mark().offset == 0 else []
+    words = (lines.peek() or "").split() if is_first else []
     return len(words) > 1 and sum(map(is_number, words)) >= 3
 
 

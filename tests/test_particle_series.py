@@ -1,0 +1,212 @@
+"""Frames: files that are cut short, one file a frame, names that people have, packed files."""
+
+import bz2
+import gzip
+import io
+import lzma
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.files.particles import series, suffix
+from clrt.files.particles.reader import READERS, Reader
+
+DUMP = (
+    "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp pp pp\n0 9\n0 9\n0 9\n"
+    "ITEM: ATOMS id type x y z\n1 1 {step} 0.125 0\n2 1 1.5 1.25 1.125\n"
+)
+XYZ = "2\nstep={step}\nH {step} 0 0\nO 1.5 1.25 1.125\n"
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+
+
+def warned(call: Callable[[], object]) -> tuple[object, list[str]]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = call()
+    return found, [str(one.message) for one in caught]
+
+
+def steps(*names: str) -> list[float]:
+    return [
+        frame.positions[0, 0] for frame in clrt.read_frames(list(names) if names[1:] else names[0])
+    ]
+
+
+@pytest.mark.parametrize(("name", "form"), [("a.dump", DUMP), ("a.xyz", XYZ)])
+def test_a_last_frame_that_is_cut_short_anywhere(name: str, form: str) -> None:
+    """All cuts but those that leave a whole frame, or a last number with fewer digits."""
+    whole = "".join(form.format(step=k) for k in range(3))
+    last = whole.rindex("1.125")
+    for end in range(2 * len(whole) // 3 + 1, last):
+        Path(name).write_text(whole[:end])
+
+        def frames() -> list[float]:
+            return [frame.positions[0, 0] for frame in clrt.read_frames(name)]
+
+        found, said = warned(frames)
+        assert found == [0, 1], whole[:end]
+        assert said == [f"{name}: frame 2 is cut short: there are 2 whole frames"]
+        for _ in range(2):  # found, and recalled
+            with Reader(name) as reader:
+                found, said = warned(reader.count)
+                assert found == 2
+                if end > last - 5:  # in the last line
+                    assert said == [f"{name}: frame 2 is cut short: there are 2 whole frames"]
+    Path(name).write_text(whole[: last + 3])
+    assert steps(name) == [0, 1, 2]
+
+
+def test_a_gzipped_file_that_is_cut_short() -> None:
+    random = np.random.default_rng(1)
+    one = "2000\n\n" + "".join(
+        f"H {row[0]:.9g} {row[1]:.9g} {row[2]:.9g}\n" for row in random.normal(size=(2000, 3))
+    )
+    packed = gzip.compress((one * 5).encode())
+    Path("a.xyz.gz").write_bytes(packed[: len(packed) * 3 // 4])
+    found, said = warned(lambda: len(list(clrt.read_frames("a.xyz.gz"))))
+    assert found in (2, 3, 4)
+    assert said == [f"a.xyz.gz: frame {found} is cut short: there are {found} whole frames"]
+
+
+def test_a_frame_that_is_wrong_is_named() -> None:
+    for wrong in ("1 1 x 0.125 0", "1 1 0.125 0"):
+        frames = [DUMP.format(step=k) for k in range(3)]
+        frames[1] = frames[1].replace("1 1 1 0.125 0", wrong)
+        Path("a.dump").write_text("".join(frames))
+        read = []
+        with pytest.raises(
+            clrt.SceneError, match=r"^a\.dump: frame 1: line 21: expected "
+        ) as caught:
+            read += list(clrt.read_frames("a.dump"))
+        assert caught.value.exit_status == 1
+    # A value that is wrong in the last line is no cut.
+    Path("a.dump").write_text(DUMP.format(step=0) + DUMP.format(step=1).replace("1.5", "x"))
+    with pytest.raises(
+        clrt.SceneError, match=r"^a\.dump: frame 1: line 22: expected a number as x"
+    ):
+        list(clrt.read_frames("a.dump"))
+
+
+def test_the_last_frame() -> None:
+    Path("a.dump").write_text("".join(DUMP.format(step=k) for k in range(3)))
+    assert clrt.read("a.dump", -1).positions[0, 0] == 2
+    assert clrt.read("a.dump", frame=-3).positions[0, 0] == 0
+    for frame in (3, -4):
+        said = f"a.dump: expected a frame from 0 to 2, got {frame}"
+        with pytest.raises(clrt.RequestError, match=said):
+            clrt.read("a.dump", frame)
+    assert len(clrt.read(np.zeros((1, 3)), frame=-1)) == 1
+
+
+def test_one_file_a_frame() -> None:
+    """By timestep, whatever their names are, and by the numbers in the names without one."""
+    for name, step in (("dump.1", 20), ("dump.2", 3), ("dump.10", 100)):
+        Path(name).write_text(DUMP.format(step=step))
+    assert steps("dump.*") == [3, 20, 100]
+    assert steps("dump.10", "dump.1", "dump.2") == [3, 20, 100]
+    assert clrt.read("dump.*", frame=-1).positions[0, 0] == 100
+    assert clrt.read(["dump.1", Path("dump.2")], frame=1).positions[0, 0] == 20
+    for k in (2, 10, 9):
+        Path(f"flow{k}.csv").write_text(f"x,y,z\n{k},0,0\n")
+        Path(f"at{k}.xyz").write_text(XYZ.format(step=100 - k))
+    assert steps("flow*.csv") == [2, 9, 10]
+    assert steps("at*.xyz") == [90, 91, 98]
+    Path("dump.3.gz").write_bytes(gzip.compress(DUMP.format(step=7).encode()))
+    assert steps("dump.*") == [3, 7, 20, 100]
+    Path("dump.2").write_text(DUMP.format(step=3) * 2)
+    found, said = warned(lambda: steps("dump.*"))
+    assert found == [3, 7, 20, 100]
+    assert said == ["dump.2: of several files the first frame each is read"]
+    with pytest.raises(clrt.RequestError, match=r"^none\*: no such files"):
+        clrt.read("none*")
+    with pytest.raises(clrt.SceneError, match=r"^none.dump: no such file"):
+        clrt.read(["dump.1", "none.dump"])
+    Path("odd[1].csv").write_text("x,y,z\n5,0,0\n")
+    assert steps("odd[1].csv") == [5]
+
+
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [
+        *(("a.ent", "pdb"), ("a.mmcif", "cif"), ("a.lammpsdump", "dump"), ("dump.16000", "dump")),
+        *(("dump", "dump"), ("a.dump.100", "dump"), ("a.dump.100.gz", "dump"), ("b.XYZ.xz", "xyz")),
+        *(("a.0012.xyz", "xyz"), ("data.lj", "data"), ("a.lmp", "data"), ("dump_007", "dump")),
+        *(("a.toml", None), ("dump.toml", None), ("a.txt", None), ("a", None), ("4", None)),
+    ],
+)
+def test_names_that_people_have(name: str, form: str | None) -> None:
+    assert suffix.format_of(Path(name)) == form
+    assert suffix.is_particles(Path(name)) == (form is not None)
+
+
+def test_how_a_file_begins_and_what_its_format_is_said_to_be() -> None:
+    Path("flow").write_text(DUMP.format(step=4))
+    assert clrt.read("flow").positions[0, 0] == 4
+    Path("a.txt").write_text("x y z\n1 2 3\n")
+    assert clrt.read("a.txt", format="csv").positions.tolist() == [[1, 2, 3]]
+    assert clrt.read(["a.txt"], format="csv").positions.tolist() == [[1, 2, 3]]
+    with pytest.raises(clrt.RequestError, match=r"^a\.txt: clrt reads \.npz .*--format NAME"):
+        clrt.read("a.txt")
+    with pytest.raises(clrt.RequestError, match=r"^format: expected one of npz, npy, csv, "):
+        clrt.read("a.txt", format="mol")
+    assert READERS.keys() == suffix.FORMATS.keys()
+
+
+def test_what_is_not_read_says_what_does() -> None:
+    said = {
+        "a.mol2": r"clrt does not read \.mol2; MDAnalysis does: clrt.plot\(MDAnalysis.U",
+        "a.traj": r"clrt does not read \.traj; ase does: clrt.plot\(ase.io.read\('a.traj'\)\)",
+        "a.stl.gz": r"clrt does not read \.stl; trimesh does: clrt.plot\(trimesh.load\(",
+    }
+    for name, expected in said.items():
+        with pytest.raises(clrt.RequestError, match=f"^{name}: {expected}.*clrt reads .npz "):
+            clrt.read(name)
+
+
+@pytest.mark.parametrize("end", [".gz", ".bz2", ".xz", ".zst"])
+def test_packed_files(end: str) -> None:
+    if end == ".zst":
+        compress = pytest.importorskip("zstandard").ZstdCompressor().compress
+    else:
+        compress = {".gz": gzip.compress, ".bz2": bz2.compress, ".xz": lzma.compress}[end]
+    text = "".join(DUMP.format(step=k) for k in range(3)).encode()
+    Path(f"a.dump{end}").write_bytes(compress(text))
+    assert steps(f"a.dump{end}") == [0, 1, 2]
+    with Reader(f"a.dump{end}") as reader:
+        assert reader.count() == 3
+        assert reader.frame(1).positions[0, 0] == 1  # type: ignore[union-attr]
+    file = io.BytesIO()
+    np.savez(file, positions=np.eye(3))
+    Path(f"a.npz{end}").write_bytes(compress(file.getvalue()))
+    assert clrt.read(f"a.npz{end}").positions.tolist() == np.eye(3).tolist()
+
+
+def test_stdin(monkeypatch: pytest.MonkeyPatch) -> None:
+    def given(content: bytes) -> None:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+
+    given((DUMP.format(step=1) + DUMP.format(step=5)).encode())
+    assert clrt.read("-", frame=1, format="dump").positions[0, 0] == 5
+    given(b"x;y;z\n0,5;1;2\n")
+    assert clrt.read("-", format="csv").positions.tolist() == [[0.5, 1, 2]]
+    with pytest.raises(clrt.RequestError, match=r"^-: stdin needs --format NAME, one of npz, "):
+        clrt.read("-")
+    gemmi = pytest.importorskip("gemmi")
+    assert gemmi
+    given(b"ATOM      1  N   ALA A   1      11.104   6.134  -6.504  1.00  0.00           N\n")
+    assert clrt.read("-", format="pdb").positions[0].tolist() == [11.104, 6.134, -6.504]
+
+
+def test_order_of_files() -> None:
+    names = [Path(f"a{k}b{j}.csv") for k in (10, 9) for j in (2, 1)]
+    assert series.in_order(names) == [Path(f"a{k}b{j}.csv") for k in (9, 10) for j in (1, 2)]
