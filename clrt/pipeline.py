@@ -18,16 +18,28 @@ def in_order(
     most `threads` + 1 results or items under way are held at a time. `items` is iterated in the
     caller's thread.
 
-    Once closed, or after an error of the items, it waits for the work that is under way.
+    An error of the items comes after the results of those before it. Once closed, it waits for the
+    work that is under way.
 
     Raises:
         What work or items raise.
     """
     under_way: deque[Future[Result]] = deque()
+    source = iter(items)
+    fault: Exception | None = None
     with ThreadPoolExecutor(threads) as pool:
-        for item in items:
+        while True:
+            try:
+                item = next(source)
+            except StopIteration:
+                break
+            except Exception as error:
+                fault = error
+                break
             under_way.append(pool.submit(work, item))
             if len(under_way) > threads:
                 yield under_way.popleft().result()
         while under_way:
             yield under_way.popleft().result()
+    if fault is not None:
+        raise fault

@@ -11,8 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
+from PIL import Image
 
 import clrt
+from clrt.commands.cli import main
 from clrt.files.particles import series, suffix
 from clrt.files.particles.reader import READERS, Reader
 
@@ -210,3 +213,83 @@ def test_stdin(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_order_of_files() -> None:
     names = [Path(f"a{k}b{j}.csv") for k in (10, 9) for j in (2, 1)]
     assert series.in_order(names) == [Path(f"a{k}b{j}.csv") for k in (9, 10) for j in (1, 2)]
+
+
+SMALL = ["--width", "32", "--height", "24", "--samples", "1", "--radius", "0.5", "-q"]
+
+
+def command(*words: str, given: bytes = b"") -> Result:
+    return CliRunner().invoke(main, [*words], input=given, catch_exceptions=False)
+
+
+def test_a_picture_from_stdin_to_stdout() -> None:
+    """The same as from a file to a file."""
+    text = "".join(DUMP.format(step=k) for k in range(3))
+    Path("a.dump").write_text(text)
+    words = [*SMALL, "--frame", "-1"]
+    assert command("render", "a.dump", "-o", "a.png", *words).exit_code == 0
+    found = command("render", "-", "--format", "dump", "-o", "-", *words, given=text.encode())
+    assert found.stdout_bytes == Path("a.png").read_bytes()
+    found = command("render", "a.dump", "-o", "-", "--output-format", "ppm", *words)
+    assert found.stdout_bytes.startswith(b"P6\n32 24\n")
+    for more, said in (
+        (["-"], "-: stdin needs --format NAME"),
+        (["a.dump", "--output-format", "png"], "--output-format: expected -o -"),
+        (["a.dump", "--format", "dump", "--save-scene", "a.toml"], "--save-scene: expected a file"),
+        (["a.dump", "-o", "-", "--output-format", "mol"], "stdout.mol: expected a name that ends"),
+    ):
+        found = command("render", *more, *words)
+        assert found.exit_code == 2
+        assert said in found.stderr
+    assert not list(Path().glob("stdout*"))
+
+
+def test_a_video_of_several_files() -> None:
+    for k in (9, 10):
+        Path(f"dump.{k}").write_text(DUMP.format(step=k))
+    Path("flow.dump").write_text(DUMP.format(step=9) + DUMP.format(step=10))
+    assert command("animate", "flow.dump", "-o", "a#.png", *SMALL).exit_code == 0
+    assert command("animate", "dump.*", "-o", "b#.png", *SMALL).exit_code == 0
+    assert command("animate", "dump.10", "dump.9", "-o", "c#.png", *SMALL).exit_code == 0
+    for k in range(2):
+        assert Path(f"a{k}.png").read_bytes() == Path(f"b{k}.png").read_bytes()
+        assert Path(f"a{k}.png").read_bytes() == Path(f"c{k}.png").read_bytes()
+
+
+def test_a_video_up_to_a_frame_that_is_wrong() -> None:
+    frames = [DUMP.format(step=k) for k in range(4)]
+    frames[2] = frames[2].replace("1 1 2 0.125 0", "1 1 2 here 0")
+    Path("a.dump").write_text("".join(frames))
+    found = command("animate", "a.dump", "-o", "a.apng", "--clim", "0", "1", *SMALL)
+    assert found.exit_code == 1
+    said = "clrt: a.dump: frame 2: line 32: expected a number as y, got 'here'; a.apng has the "
+    assert said in found.stderr
+    with Image.open("a.apng") as video:
+        assert video.n_frames == 2  # type: ignore[attr-defined]
+    found = command("animate", "a.dump", "-o", "a#.png", *SMALL)
+    assert found.exit_code == 1
+    assert sorted(path.name for path in Path().glob("a*.png")) == ["a0.png", "a1.png"]
+    Path("a.dump").write_text("".join(frames[:2]) + frames[3][:-20])
+    found = command("animate", "a.dump", "-o", "b.apng", *SMALL)
+    assert found.exit_code == 0
+    assert found.stderr == "clrt: a.dump: frame 2 is cut short: there are 2 whole frames\n"
+
+
+def test_no_word_of_toml_of_what_is_no_scene() -> None:
+    Path("a.mol2").write_text("@<TRIPOS>MOLECULE\n")
+    Path("a.bin").write_bytes(b"\xff\xfe\x00binary")
+    Path("notes").write_text("x y z\n1 2 3\n")
+    for name, said in (
+        ("a.mol2", "clrt does not read .mol2; MDAnalysis does: clrt.plot(MDAnalysis.Universe("),
+        ("a.bin", "clrt does not read .bin; ovito does"),
+        ("notes", "clrt reads .npz .npy .csv"),
+    ):
+        for verb in ("render", "animate"):
+            found = command(verb, name)
+            assert found.exit_code == 2
+            assert f"clrt: {name}: {said}" in found.stderr
+            assert "TOML" not in found.stderr
+    Path("a.toml").write_text("x y z\n")
+    assert "a.toml: not TOML" in command("render", "a.toml").stderr
+    Path("a.csv").write_text("x,y,z\n0,0,0\n")
+    assert "a.csv: is a file of particles, expected a scene" in command("check", "a.csv").stderr

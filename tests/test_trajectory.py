@@ -157,10 +157,13 @@ def test_a_file_that_ends_is_told_when_it_is_read(path: Path) -> None:
     lines[-2] = "1 2 three"
     path.write_text("\n".join(lines) + "\n")
     result = command("a.xyz", "-o", "a#.png", *WORDS)
-    assert result.exit_code == 2
-    assert result.stderr.startswith(f"clrt: a.xyz: line {len(lines) - 1}: ")
+    assert result.exit_code == 1
+    assert result.stderr.startswith(f"clrt: a.xyz: frame 4: line {len(lines) - 1}: ")
+    assert result.stderr.endswith("; a#.png has the frames before it\n")
     assert len(result.stderr.splitlines()) == 1
-    assert sorted(file.name for file in path.parent.glob("*.png")) == ["a0.png", "a1.png", "a2.png"]
+    assert sorted(file.name for file in path.parent.glob("*.png")) == [
+        f"a{k}.png" for k in range(4)
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """clrt animate: a video or numbered pictures of a scene's animation, or of a trajectory."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -13,18 +13,20 @@ from clrt.commands.options import (
     RenderingOptions,
     VideoOptions,
     film_options,
+    format_option,
     only_for_particles,
     particle_options,
     rendering_options,
     shard_of,
+    stem_of,
     video_options,
 )
 from clrt.commands.terminal import say
-from clrt.errors import RequestError, SceneError, named
+from clrt.errors import ClrtError, FrameError, RequestError, SceneError, named
 
 
 @click.command()
-@click.argument("scene", default="orbit")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option(
     "-o",
     "--output",
@@ -39,6 +41,7 @@ from clrt.errors import RequestError, SceneError, named
 @film_options
 @rendering_options
 @particle_options
+@format_option
 @click.option(
     "--view-all",
     is_flag=True,
@@ -57,7 +60,7 @@ from clrt.errors import RequestError, SceneError, named
     "machines share the work.",
 )
 def animate(
-    scene: str,
+    scenes: tuple[str, ...],
     output: Path | None,
     video: VideoOptions,
     width: int,
@@ -65,12 +68,13 @@ def animate(
     film: dict[str, Any],
     rendering: RenderingOptions,
     drawn: dict[str, Any],
+    format: str | None,
     view_all: bool,
     resume: bool,
     shard: tuple[int, int] | None,
 ) -> None:
     """Renders the animation of SCENE, a built-in scene's name or a TOML file, or a trajectory of
-    particles; default: orbit.
+    particles; default: orbit. Several files, or a pattern as 'dump.*', have one frame each.
 
     The options from --color to --view-all are for trajectories, .xyz .extxyz .dump .lammpstrj, and
     with an extra .pdb .gsd. All frames are seen as the first one.
@@ -82,6 +86,7 @@ def animate(
       clrt animate my.toml -o 'frames/####.png' --shard 0/2       one half of the work
       clrt animate my.toml -o 'frames/####.png' --resume          what is still missing
       clrt animate flow.dump -o flow.mp4 --color speed --colorbar speed
+      clrt animate 'post/dump.*.gz' -o flow.mp4
     """
     started = time.perf_counter()
     import numpy as np
@@ -92,16 +97,18 @@ def animate(
     from clrt.files.particles.suffix import is_particles
     from clrt.motion import animation, cluster
 
-    quiet, output = rendering.quiet, output or Path(f"{Path(scene).stem}.mp4")
-    image.check_apart(output, Path(scene))
+    scene = scenes[0] if scenes else "orbit"
+    quiet, output = rendering.quiet, output or Path(f"{stem_of(scene)}.mp4")
+    for one in scenes:
+        image.check_apart(output, Path(one))
     look = {"samples": rendering.samples, **film}
     way: animation.Frames
-    if is_particles(Path(scene)):
+    if len(scenes) > 1 or format is not None or is_particles(Path(scene)):
         from clrt.figure.sources import look as looking
         from clrt.motion.trajectory import Flow
 
         drawing = looking(size=(width, height), **look, **drawn)
-        way = Flow(Path(scene), drawing, view_all=view_all)
+        way = Flow(scenes, drawing, view_all=view_all, format=format)
     else:
         only_for_particles(scene, **drawn, view_all=view_all)
         loaded = opened(scene, **look)
@@ -133,18 +140,42 @@ def animate(
                 missing = [k for k in due if not made.is_made(numbered.picture(output, k))]
                 skipped, due = len(due) - len(missing), missing
         rendered = animation.animate(way, width, height, frames=due, dtype=dtype, renderer=renderer)
+        faults = list[ClrtError]()
+        good = _good(rendered, faults)
         with (
             closing(rendered),
-            tqdm(rendered, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
+            tqdm(good, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
         ):
             if pattern:
                 # They do not say which command: by any one they are the same.
-                for k, frame in zip(due, bar, strict=True):
+                for k, frame in zip(due, bar, strict=False):
                     name = numbered.picture(output, k)
                     image.save(name, frame, transfer=film_of_all.transfer)
             else:
                 videos.save(output, bar, fps, video.crf)
+    if faults:
+        raise FrameError(f"{faults[0]}; {output} has the frames before it")
     if not quiet:
         seconds = time.perf_counter() - started
         kept = f", {skipped} were there" if resume else ""
         say(f"{output}: {len(due)} frames of {width}x{height} in {seconds:.1f} s{kept}")
+
+
+def _good(frames: Iterable[Any], faults: list[ClrtError]) -> Iterator[Any]:
+    """The frames up to the first that cannot be made, so that they are kept.
+
+    Args:
+        faults: what is wrong with that goes here.
+
+    Raises:
+        ClrtError: there are none before it.
+    """
+    made = 0
+    try:
+        for frame in frames:
+            yield frame
+            made += 1
+    except ClrtError as error:
+        if not made:
+            raise
+        faults.append(error)

@@ -4,6 +4,7 @@ argument."""
 import functools
 import re
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import click
@@ -300,3 +301,16 @@ SCENE_OPTIONS = (
 )
 scene_options = _group("changes", dict, SCENE_OPTIONS)
 """Keys of a scene, in place of its own."""
+
+
+format_option = click.option(
+    "--format",
+    metavar="NAME",
+    help="Of files of particles whose names do not tell: npz, npy, csv, ply, xyz, dump, data, pdb, "
+    "cif, gsd or vtk.",
+)
+
+
+def stem_of(source: str) -> str:
+    """What a picture of a source is called, without suffix."""
+    return re.sub(r"[*?\[\]]", "", Path(source).stem).strip("._-") or "particles"

@@ -1,6 +1,7 @@
 """clrt render: a picture of a scene, or of particles."""
 
 import resource
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,13 +12,15 @@ from clrt.commands.loading import changed, opened
 from clrt.commands.options import (
     RenderingOptions,
     film_options,
+    format_option,
     only_for_particles,
     particle_options,
     rendering_options,
     scene_options,
+    stem_of,
 )
 from clrt.commands.terminal import Progress, say
-from clrt.errors import SceneError, named
+from clrt.errors import RequestError, SceneError, named
 
 if TYPE_CHECKING:
     from clrt.renderer.checks import Region
@@ -71,9 +74,15 @@ if TYPE_CHECKING:
 @particle_options
 @click.option(
     "--frame",
-    type=click.IntRange(min=0),
+    type=int,
     metavar="N",
-    help="Of a file of particles, counted from 0; default: 0.",
+    help="Of a file of particles, counted from 0, -1 for the last; default: 0.",
+)
+@format_option
+@click.option(
+    "--output-format",
+    metavar="NAME",
+    help="Of a picture that goes to stdout (-o -): png, jpg, ...; default: png.",
 )
 @click.option(
     "--save-scene",
@@ -96,6 +105,8 @@ def render(
     rendering: RenderingOptions,
     drawn: dict[str, Any],
     frame: int | None,
+    format: str | None,
+    output_format: str | None,
     save_scene: Path | None,
     verbose: bool,
 ) -> None:
@@ -116,6 +127,7 @@ def render(
       clrt render my.toml -o cut-out.png --transparent --transfer srgb
       clrt render my.toml -o all.exr --passes depth,normal,id
       clrt render atoms.xyz -o atoms.png --style soft
+      zcat flow.dump.gz | clrt render - --format dump --frame -1 -o - > last.png
       clrt render flow.dump -o flow.png --frame 3 --color speed --colorbar "speed (m/s)"
     """
     started = time.perf_counter()
@@ -124,8 +136,12 @@ def render(
     from clrt.opencl.device import label
     from clrt.renderer.checks import check_passes, check_region, check_size
 
-    output = output or Path(f"{Path(scene).stem}.png")
-    if has_particles := is_particles(Path(scene)):
+    output = output or Path(f"{stem_of(scene)}.png")
+    if to_stdout := str(output) == "-":
+        output = Path(f"stdout.{output_format or 'png'}")
+    elif output_format is not None:
+        raise RequestError("--output-format: expected -o -: else the suffix tells")
+    if has_particles := format is not None or is_particles(Path(scene)):
         width, height = width or 1920, height or 1080
     else:
         only_for_particles(scene, **drawn, frame=frame, save_scene=save_scene)
@@ -133,7 +149,8 @@ def render(
     left, top, right, bottom = check_region(region, *check_size(width, height))
     names = None if passes is None else check_passes(passes.split(","))
     check_suffix(output)
-    check_apart(output, Path(scene))
+    if not to_stdout:
+        check_apart(output, Path(scene))
     look = {"samples": rendering.samples, **film}
     if has_particles:
         from clrt.figure import sources
@@ -141,7 +158,7 @@ def render(
         from clrt.files.scenewriter import save_scene as write_scene
 
         drawing = sources.look(size=(width, height), **look, **drawn)
-        loaded = sources.of_file(Path(scene), frame or 0, drawing)
+        loaded = sources.of_file(Path(scene), frame or 0, drawing, format)
         if changes["camera"] is not None:
             loaded = seen_by(loaded, changes["camera"])
     else:
@@ -156,6 +173,8 @@ def render(
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
     if save_scene is not None:
+        if format is not None or scene == "-":
+            raise RequestError("--save-scene: expected a file whose name tells its format")
         check_apart(save_scene, Path(scene))
         write_scene(save_scene, sources.in_file(loaded, Path(scene), frame or 0, drawing))
     ready = time.perf_counter()
@@ -183,7 +202,17 @@ def render(
             )
     # Of particles it does not: made by clrt.plot or of another format it is the same file.
     command = "" if has_particles else context.obj
-    save(output, image, passes=found, transfer=loaded.film.transfer, command=command)
+    how: dict[str, Any] = {
+        "passes": found, "transfer": loaded.film.transfer, "command": command
+    }  # fmt: skip
+    if to_stdout:
+        from tempfile import TemporaryDirectory
+
+        with TemporaryDirectory() as folder:
+            save(Path(folder) / output, image, **how)
+            sys.stdout.buffer.write((Path(folder) / output).read_bytes())
+    else:
+        save(output, image, **how)
     if verbose:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
         say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")

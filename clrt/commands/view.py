@@ -9,6 +9,7 @@ import click
 from clrt.commands.loading import changed
 from clrt.commands.options import (
     RenderingOptions,
+    format_option,
     only_for_particles,
     particle_options,
     rendering_options,
@@ -35,12 +36,14 @@ from clrt.errors import RequestError
 )
 @rendering_options
 @particle_options
+@format_option
 def view(
     scene: str,
     host: str,
     port: int,
     rendering: RenderingOptions,
     drawn: dict[str, Any],
+    format: str | None,
 ) -> None:
     """Shows SCENE in a browser, a built-in scene's name, a TOML file or a file of particles;
     default: four-spheres.
@@ -68,8 +71,8 @@ def view(
 
     samples = rendering.samples
     words = rendering.words()
-    if is_particles(Path(scene)):
-        looked_at = subject.of_file(Path(scene), drawn, words)
+    if format is not None or is_particles(Path(scene)):
+        looked_at = subject.of_file(Path(scene), drawn, words, format)
     else:
         only_for_particles(scene, **drawn)
         looked_at = subject.of(scene, words)

@@ -18,14 +18,14 @@ def look(**given: Any) -> Look:
     return Look(**{key: value for key, value in given.items() if value is not None})
 
 
-def of_file(path: Path, frame: int, look: Look) -> Scene:
+def of_file(path: Path, frame: int, look: Look, format: str | None = None) -> Scene:
     """The scene that shows a frame of a file, with its particles as spheres.
 
     Raises:
         RequestError: it cannot be read, or has not what is to be drawn; it names the file.
         OutputError: it does not fit into memory.
     """
-    particles = read(path, frame)
+    particles = read(path, frame, format)
     with named(path):
         return compose.scene(particles, look)
 

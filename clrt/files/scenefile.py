@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from clrt import storage
 from clrt.errors import SceneError
+from clrt.files.particles.suffix import is_particles, reads_it
 from clrt.scene.camera import Camera
 from clrt.scene.light import LIGHT_KINDS
 from clrt.scene.material import Material
@@ -24,6 +25,10 @@ PARTS = 50
 LONG_KEY = re.compile(
     rf"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{PARTS}}}"""
 )
+
+
+class TOMLError(SceneError):
+    """A text that is no TOML."""
 
 
 def builtin_scenes() -> list[str]:
@@ -44,6 +49,9 @@ def load_scene(source: str | Path) -> Scene:
     path = Path(source)
     if name in builtin_scenes():
         path = storage.folder("scenes") / f"{name}.toml"
+    elif path.is_file() and is_particles(path):
+        expected = "is a file of particles, expected a scene: clrt.plot and clrt render draw it"
+        raise SceneError(f"{name}: {expected}")
     try:
         text = _read(path)
     except FileNotFoundError:
@@ -55,7 +63,11 @@ def load_scene(source: str | Path) -> Scene:
     try:
         return _placed(parse_scene(text.decode("utf-8-sig")), path.parent)
     except UnicodeDecodeError:
-        raise SceneError(f"{name}: expected UTF-8 text") from None
+        said = "expected UTF-8 text" if path.suffix == ".toml" else reads_it(path)
+        raise SceneError(f"{name}: {said}") from None
+    except TOMLError as error:
+        said = str(error) if path.suffix == ".toml" else reads_it(path)
+        raise SceneError(f"{name}: {said}") from None
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
 
@@ -100,11 +112,11 @@ def parse_scene(text: str) -> Scene:
     """
     if found := LONG_KEY.search(text):
         line = text.count("\n", 0, found.start()) + 1
-        raise SceneError(f"not TOML that is read: line {line} has a key of over {PARTS} parts")
+        raise TOMLError(f"not TOML that is read: line {line} has a key of over {PARTS} parts")
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # of TOML, and of numbers and nesting beyond it
-        raise SceneError(f"not TOML: {error}") from None
+        raise TOMLError(f"not TOML: {error}") from None
     materials = tables.get("materials")
     if isinstance(materials, dict):
         # msgspec does not say in which entry of a dict an error lies.

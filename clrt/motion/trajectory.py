@@ -10,7 +10,7 @@ from clrt.errors import RequestError, named
 from clrt.figure import compose, sources
 from clrt.figure.coloring import Colored, box_of, decorated
 from clrt.figure.compose import Look
-from clrt.files.particles.reader import Reader
+from clrt.files.particles.reader import Reader, Source
 from clrt.motion.animation import checked
 from clrt.particles.particles import Particles
 from clrt.pipeline import in_order
@@ -23,9 +23,10 @@ class Flow:
     holds its box and its particles, with the range of its colours and its legend.
 
     Args:
-        path: what clrt.read() takes.
+        source: a file's name, or several of a frame each, as clrt.read() takes them.
         look: how the particles are drawn.
         view_all: the camera holds the particles of all frames, which are read for that.
+        format: as of clrt.read().
 
     Raises:
         RequestError: it cannot be read, or has not what is to be drawn; it names the file.
@@ -34,9 +35,13 @@ class Flow:
 
     fps = 30.0
 
-    def __init__(self, path: Path, look: Look, *, view_all: bool = False) -> None:
-        self.path, self.look = path, look
-        with Reader(path) as reader:
+    def __init__(
+        self, source: Source, look: Look, *, view_all: bool = False, format: str | None = None
+    ) -> None:
+        self.look = look
+        self._opened = partial(Reader, source, format)
+        with self._opened() as reader:
+            self.path = path = Path(reader.name)
             self.frames = range(reader.count())
             """The numbers of its frames."""
             first = self._particles(reader, 0)
@@ -61,7 +66,7 @@ class Flow:
         """
         if frame == 0:
             return self._first
-        with Reader(self.path) as reader:
+        with self._opened() as reader:
             return self._scene(reader, frame)
 
     def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
@@ -70,7 +75,7 @@ class Flow:
         Raises:
             as Flow().
         """
-        with Reader(self.path) as reader:
+        with self._opened() as reader:
             yield from in_order(partial(self._scene, reader), frames, 1)
 
     def check(self, frames: Iterable[int]) -> Sequence[int]:
@@ -87,7 +92,7 @@ class Flow:
 
     def _every(self) -> Iterator[Spheres]:
         """The spheres of each frame."""
-        with Reader(self.path) as reader:
+        with self._opened() as reader:
             for frame in self.frames:
                 yield self._drawn(self._particles(reader, frame)).spheres
 

@@ -87,7 +87,9 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
     return Subject(words, at, moves.frames, moves.fps, is_noted=is_noted)
 
 
-def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Subject:
+def of_file(
+    path: Path, drawn: dict[str, Any], words: Sequence[str] = (), format: str | None = None
+) -> Subject:
     """A file of particles, and its frames. All are seen by the first one's camera, and a column's
     colours stand for the first one's values.
 
@@ -99,17 +101,18 @@ def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Sub
         RequestError: it cannot be read, or has not what is to be drawn.
     """
     look = sources.look(**drawn)
-    flow = Flow(path, look)
+    flow = Flow(path, look, format=format)
+    own = words if format is None else (*words, "--format", format)
 
     @lru_cache(1)
     def particles(frame: int) -> Particles:
-        return read(path, frame)
+        return read(path, frame, format)
 
     def values(frame: int, index: int) -> dict[str, Any]:
         return _values(particles(frame), index)
 
     return Subject(
-        (str(path), *words, *_options(drawn | {"clim": flow.look.clim})),
+        (str(path), *own, *_options(drawn | {"clim": flow.look.clim})),
         lru_cache(2)(flow.scene),
         len(flow.frames),
         is_trajectory=True,
@@ -117,7 +120,7 @@ def of_file(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Sub
         seen_by=styles.seen_by,
         values=values,
         style=look.style,
-        styled=lambda style: of_file(path, drawn | {"style": style}, words),
+        styled=lambda style: of_file(path, drawn | {"style": style}, words, format),
     )
 
 

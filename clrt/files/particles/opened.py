@@ -1,15 +1,12 @@
 """Opened: a file's bytes, unpacked, of stdin as well, and text as UTF-8."""
 
-import bz2
 import codecs
-import gzip
 import io
-import lzma
-import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, cast
 
@@ -28,6 +25,8 @@ def _zstd(path: Path) -> IO[bytes]:
         import zstandard
     except ImportError:
         raise RequestError(f"{path}: needs zstandard: pip install 'clrt[zst]'") from None
+    import tempfile
+
     unpacked = tempfile.TemporaryFile()  # noqa: SIM115
     with path.open("rb") as file:
         zstandard.ZstdDecompressor().copy_stream(file, unpacked)
@@ -63,12 +62,23 @@ class Whole(io.RawIOBase):
         super().close()
 
 
+def _library(name: str, opener: str) -> Callable[[Path], IO[bytes]]:
+    """Opens files by one of Python's modules, which is imported when it is needed."""
+    return lambda path: cast(IO[bytes], getattr(import_module(name), opener)(path))
+
+
 OPENERS: dict[str, Callable[[Path], IO[bytes]]] = {
-    ".gz": lambda path: cast(IO[bytes], gzip.GzipFile(path)),
-    ".bz2": lambda path: cast(IO[bytes], bz2.BZ2File(path)),
-    ".xz": lambda path: cast(IO[bytes], lzma.LZMAFile(path)),  # noqa: SIM115
+    ".gz": _library("gzip", "GzipFile"),
+    ".bz2": _library("bz2", "BZ2File"),
+    ".xz": _library("lzma", "LZMAFile"),
     ".zst": _zstd,
 }
+
+
+@lru_cache(maxsize=1)
+def _all_of(stream: IO[bytes]) -> bytes:
+    """All that comes from a stream, which several readers may want."""
+    return stream.read()
 
 
 def is_packed(path: Path) -> bool:
@@ -83,7 +93,7 @@ def binary(path: Path) -> IO[bytes]:
         RequestError: an extra is missing.
     """
     if str(path) == suffix.STDIN:
-        return io.BytesIO(sys.stdin.buffer.read())
+        return io.BytesIO(_all_of(sys.stdin.buffer))
     opener = OPENERS.get(suffix.split(path)[1])
     return path.open("rb") if opener is None else opener(path)
 
@@ -113,6 +123,9 @@ def on_disk(path: Path, form: str) -> Iterator[Path]:
     if not is_packed(path):
         yield path
         return
+    import shutil
+    import tempfile
+
     with tempfile.TemporaryDirectory(prefix="clrt-") as folder:
         end = suffix.split(path)[1]
         name = path.name.removesuffix(path.name[-len(end) :]) if end else f"stdin.{form}"

@@ -1,6 +1,7 @@
 """Suffix: of which format a file of particles is, by its name or by how it begins."""
 
 import re
+from glob import has_magic, iglob
 from pathlib import Path
 
 FORMATS: dict[str, tuple[str, ...]] = {
@@ -64,8 +65,12 @@ def format_of(path: Path) -> str | None:
 
 
 def is_particles(path: Path) -> bool:
-    """Whether a file is one of particles."""
-    return str(path) == STDIN or format_of(path) is not None
+    """Whether a file is one of particles, or those are that a pattern as dump.* means."""
+    if str(path) == STDIN:
+        return True
+    if has_magic(str(path)) and not path.exists():
+        path = Path(next(iglob(str(path)), path))
+    return format_of(path) is not None
 
 
 def reads_it(path: Path) -> str:
