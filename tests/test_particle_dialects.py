@@ -194,8 +194,7 @@ def test_ply_colours_and_types(tmp_path: Path) -> None:
         assert np.allclose(np.asarray(found.colors)[0], expected, rtol=1e-6)
         assert found.values["kept"].tolist() == [1]
         assert said == []
-    said = "line 9: expected red from 0 to 255, got 256"
-    with pytest.raises(clrt.SceneError, match=said):
+    with pytest.raises(clrt.SceneError, match="line 9: expected red from 0 to 255, got 256"):
         read(path, ply(1, f"{XYZ}, uchar red", "1 2 3 256\n"))
     with pytest.raises(
         clrt.SceneError, match=r"line 7: expected one of the types char .*, got 'rat"

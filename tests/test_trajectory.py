@@ -163,8 +163,6 @@ def test_a_file_that_ends_is_told_when_it_is_read(path: Path) -> None:
     assert len(result.stderr.splitlines()) == 1
     names = sorted(file.name for file in path.parent.glob("*.png"))
     assert names == [f"a{k}.png" for k in range(4)]
-        f"a{k}.png" for k in range(4)
-    ]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """VTK's files of points, written by vtk."""
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,14 @@ POINTS = np.array([[0, 0, 0], [1, 2, 3], [4, 5, 6.5]])
 def written(path: Path, lines: bool = False) -> Any:
     """A file of three points, as VTK writes it."""
     pytest.importorskip("vtkmodules")
-    from vtkmodules.util.numpy_support import numpy_to_vtk
+    numpy_to_vtk = importlib.import_module("vtkmodules.util.numpy_support").numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkUnstructuredGrid
 
     points = vtkPoints()
     points.SetDataTypeToDouble()
     points.SetData(numpy_to_vtk(POINTS, deep=True))
-    data = vtkUnstructuredGrid() if path.suffix == ".vtu" else vtkPolyData()
+    data: Any = vtkUnstructuredGrid() if path.suffix == ".vtu" else vtkPolyData()
     data.SetPoints(points)
     if path.suffix == ".vtu":
         for i in range(3):
@@ -40,13 +41,12 @@ def written(path: Path, lines: bool = False) -> Any:
         array = numpy_to_vtk(np.asarray(column), deep=True)
         array.SetName(name)
         data.GetPointData().AddArray(array)
-    if path.suffix == ".vtk":
-        from vtkmodules.vtkIOLegacy import vtkPolyDataWriter as Writer
-    elif path.suffix == ".vtu":
-        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter as Writer
-    else:
-        from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter as Writer
-    writer = Writer()
+    module, name = {
+        ".vtk": ("vtkIOLegacy", "vtkPolyDataWriter"),
+        ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridWriter"),
+        ".vtp": ("vtkIOXML", "vtkXMLPolyDataWriter"),
+    }[path.suffix]
+    writer = getattr(importlib.import_module(f"vtkmodules.{module}"), name)()
     writer.SetFileName(str(path))
     writer.SetInputData(data)
     writer.Write()
