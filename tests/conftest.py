@@ -22,6 +22,8 @@ from clrt.renderer.pack import LANES, Features, Precision
 from clrt.scene.scene import Scene
 
 DEVICES = devices()
+# As clrt does without PyOpenCL's cache: its programs for Intel have lost the arguments' names.
+setattr(cl, "_PYOPENCL_NO_CACHE", True)  # noqa: B010
 # Ctrl-C may be ignored where the tests were started; processes would inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
