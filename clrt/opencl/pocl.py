@@ -144,6 +144,11 @@ def run_folder() -> Path:
     return _run_folder
 
 
+def takes_declarations(device: "cl.Device") -> bool:
+    """Whether kernels/builtins.cl can stand for OpenCL's header: that of PoCL 3.0 was tried."""
+    return "PoCL 3.0" in device.platform.version
+
+
 def spare_generic() -> None:
     """Spares PoCL a second compilation of each kernel, to be called before a binary is asked for.
 

@@ -67,6 +67,9 @@ def compiled(
     """
     import pyopencl as cl
 
+    if pocl.takes_declarations(device):
+        source = (storage.folder("kernels") / "builtins.cl").read_text() + source
+        options = [*options, "-D_OPENCL_H_"]  # the guard of OpenCL's header, which is left out then
     try:
         return _built(cl.Program(context, source), options)
     except cl.Error as error:
