@@ -210,6 +210,15 @@ def test_stdin(monkeypatch: pytest.MonkeyPatch) -> None:
     assert clrt.read("-", format="pdb").positions[0].tolist() == [11.104, 6.134, -6.504]
 
 
+def test_the_documentation_has_a_row_for_each_format() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "particles.md").read_text()
+    rows = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("| `.")]
+    suffixes = {word.strip("`") for row in rows for word in row[0].split()}
+    formats = {word.strip("`") for row in rows for word in row[1].split()}
+    assert suffixes == set(suffix.SUFFIXES)
+    assert formats == set(suffix.FORMATS)
+
+
 def test_order_of_files() -> None:
     names = [Path(f"a{k}b{j}.csv") for k in (10, 9) for j in (2, 1)]
     assert series.in_order(names) == [Path(f"a{k}b{j}.csv") for k in (9, 10) for j in (1, 2)]

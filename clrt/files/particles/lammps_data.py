@@ -42,6 +42,8 @@ WHOLE = {"id", "mol", "type", "ellipsoidflag", "lineflag", "triangleflag", "body
 SECTION = re.compile(r"([A-Z][A-Za-z/]*(?: [A-Z][A-Za-z]*)?(?: Coeffs)?)\s*(?:#\s*(\S+).*)?")
 COUNTS = {"Atoms": "atoms", "Bonds": "bonds", "Masses": "atom types", "Velocities": "atoms",
           "Ellipsoids": "ellipsoids"}  # fmt: skip
+VELOCITY = "vx vy vz wx wy wz"
+"""The last three of spheres only; ellipsoids have their angular momentum there."""
 SHAPE = "shapex shapey shapez quatw quati quatj quatk"
 LOOKS = {"Bodies", "Lines", "Triangles"}
 """Sections of shapes that are not drawn."""
@@ -96,8 +98,9 @@ def read(lines: Lines) -> Particles:
         elif name == "Bonds":
             pairs = _table(lines, ["id", "type", "a", "b"], rows)[0]
         else:
-            axes = "vx vy vz" if name == "Velocities" else SHAPE
-            more[name] = _table(lines, ["id", *axes.split()], rows)[0]
+            axes = (VELOCITY if name == "Velocities" else SHAPE).split()
+            width = len((lines.peek() or "").partition("#")[0].split()) - 1
+            more[name] = _table(lines, ["id", *(axes if rows == 0 else axes[:width])], rows)[0]
         title = _next_title(lines)
     if not columns:
         raise lines.error("a section Atoms", None)

@@ -1,0 +1,111 @@
+# mypy: ignore-errors
+"""Writes the files of this folder, each by the program that users have it from.
+
+    python -m venv /tmp/corpus
+    /tmp/corpus/bin/pip install ase==3.29.0 ovito==3.17.2 pyvista==0.49.1 trimesh==5.2.0 \\
+        vtk==9.7.2
+    /tmp/corpus/bin/python tests/corpus/make.py
+
+expected.toml says what each must give; tests/test_corpus.py reads both. A function here writes the
+files that its name begins.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).parent
+AT = np.array([[0.0, 0, 0], [0.75, 0.5, 0.25], [1.5, 1, 2], [2.25, 0.25, 1]])
+RADII = np.array([0.25, 0.5, 0.25, 0.375])
+COLORS = np.array([[255, 0, 0], [0, 128, 255], [10, 20, 30], [255, 255, 255]], np.uint8)
+SPEED = np.array([1.0, -2.5, 3.25, 0.5])
+VELOCITY = np.array([[1.0, 0, 0], [0, 2, 0], [0, 0, 3], [1, 1, 1]])
+
+
+def ase(folder: Path) -> None:
+    from ase import Atoms
+    from ase.io import write
+
+    atoms = Atoms("OHHC", AT, cell=[[4, 0, 0], [1, 5, 0], [0, 0, 6]], pbc=[True, True, False])
+    atoms.set_momenta(VELOCITY)
+    atoms.set_tags([0, 1, 1, 2])
+    atoms.set_array("label", np.array(["a", "b", "c", "d"]))
+    atoms.set_array("fixed", np.array([True, False, True, False]))
+    atoms.info["energy"] = -1.5
+    write(folder / "ase.extxyz", [atoms, atoms])
+    write(folder / "ase.xyz", atoms, format="xyz")
+    write(folder / "ase.data", atoms, format="lammps-data", atom_style="charge", masses=True)
+
+
+def trimesh(folder: Path) -> None:
+    import trimesh
+
+    colors = np.column_stack([COLORS, [255, 128, 255, 0]]).astype(np.uint8)
+    trimesh.PointCloud(AT, colors=colors).export(folder / "trimesh.ply")
+    trimesh.Trimesh(AT, [[0, 1, 2], [0, 2, 3]], process=False).export(folder / "trimesh-mesh.ply")
+
+
+def pyvista(folder: Path) -> None:
+    import pyvista
+
+    cloud = pyvista.PolyData(AT)
+    cloud["radius"], cloud["speed"], cloud["velocity"] = RADII, SPEED, VELOCITY
+    cloud["RGB"] = COLORS
+    cloud.save(folder / "pyvista.vtp")
+    cloud.save(folder / "pyvista.vtk")
+    cloud.cast_to_unstructured_grid().save(folder / "pyvista.vtu")
+
+
+def vtk(folder: Path) -> None:
+    """What a DEM code writes: lines between grains as well, and arrays of those."""
+    import pyvista
+
+    net = pyvista.PolyData(AT, lines=[2, 0, 1, 2, 1, 2])
+    net["radius"] = RADII
+    net.cell_data["force"] = [1.0, 2.0]
+    net.save(folder / "vtk-contacts.vtp", binary=False)
+
+
+def ovito(folder: Path) -> None:
+    from ovito.data import DataCollection, Particles, SimulationCell
+    from ovito.io import export_file
+    from ovito.pipeline import Pipeline, StaticSource
+
+    data = DataCollection()
+    particles = Particles()
+    particles.create_property("Position", data=AT)
+    particles.create_property("Particle Type", data=[1, 2, 1, 2])
+    particles.create_property("Radius", data=RADII)
+    particles.create_property("Color", data=COLORS / 255)
+    particles.create_property("Transparency", data=[0, 0.5, 0, 0])
+    particles.create_property("Velocity", data=VELOCITY)
+    data.objects.append(particles)
+    cell = SimulationCell(pbc=(True, True, True))
+    cell[...] = [[4, 1, 0, -1], [0, 5, 0, -2], [0, 0, 6, -3]]
+    data.objects.append(cell)
+    pipeline = Pipeline(source=StaticSource(data=data))
+    columns = [
+        *("Particle Type", "Position.X", "Position.Y", "Position.Z", "Radius"),
+        *("Color.R", "Color.G", "Color.B", "Transparency"),
+        *("Velocity.X", "Velocity.Y", "Velocity.Z"),
+    ]
+    export_file(pipeline, str(folder / "ovito.dump"), "lammps/dump", columns=columns)
+    export_file(pipeline, str(folder / "ovito.xyz"), "xyz", columns=columns)
+    export_file(pipeline, str(folder / "ovito.data"), "lammps/data", atom_style="sphere")
+
+
+def numpy(folder: Path) -> None:
+    table = np.column_stack([AT, RADII, SPEED])
+    np.savetxt(folder / "numpy.csv", table, "%.6g", ",", header="x,y,z,radius,speed")
+    np.savez(folder / "numpy.npz", positions=AT, radii=RADII, colors=COLORS, speed=SPEED)
+
+
+def main() -> None:
+    for make in (ase, trimesh, pyvista, vtk, ovito, numpy):
+        if len(sys.argv) == 1 or make.__name__ in sys.argv[1:]:
+            make(HERE)
+
+
+if __name__ == "__main__":
+    main()
