@@ -316,6 +316,12 @@ def test_places_that_several_have() -> None:
         (said,) = warned(positions=many)[1]
         share = "30 of" if n == 300 else "about 10% of"
         assert said.startswith(f"{share} {n} particles are at the place of another")
+    # A grid, whose x has few values, and one that is flat.
+    for shape in ((40, 40, 40), (1, 250, 200)):
+        grid = np.stack(np.meshgrid(*map(np.arange, shape)), axis=-1).reshape(-1, 3).astype(float)
+        assert warned(positions=grid)[1] == []
+        (said,) = warned(positions=np.concatenate([grid, grid[::20]]))[1]
+        assert said.startswith("about 5% of ")
     assert warned(positions=np.ones((3, 3)))[1] == ["all 3 particles are at one place"]
     assert warned(positions=[[0.0, 0, 0], [-0.0, 0, 0]])[1] == ["all 2 particles are at one place"]
     assert warned(positions=np.ones((1, 3)))[1] == []
