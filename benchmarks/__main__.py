@@ -14,6 +14,7 @@ from benchmarks import (
     speed,
     targets,
     view,
+    visibility,
 )
 
 
@@ -40,6 +41,7 @@ main.add_command(scale.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
 main.add_command(view.command)
+main.add_command(visibility.command)
 
 if __name__ == "__main__":
     main()
