@@ -1,6 +1,7 @@
 """What can go wrong, and the exit status that each ends the command with."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 
@@ -49,6 +50,22 @@ def named(source: object, kind: type[ClrtError] = RequestError) -> Iterator[None
         yield
     except kind as error:
         raise kind(f"{source}: {error}") from None
+
+
+@contextmanager
+def called(names: Mapping[str, str]) -> Iterator[None]:
+    """Calls a key that an error begins with, after a file's name or not, as those call it who gave
+    it: {"radius": "--radius"}."""
+    try:
+        yield
+    except RequestError as error:
+        keys = "|".join(map(re.escape, names))
+        text = re.sub(
+            rf"^((?:\S[^:]*: )??)({keys})(?=[:\[.])",
+            lambda found: found[1] + names[found[2]],
+            str(error),
+        )
+        raise type(error)(text) from None
 
 
 class ClrtWarning(UserWarning):

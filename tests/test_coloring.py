@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clrt.errors import RequestError
+from clrt.errors import ParticleWarning, RequestError
 from clrt.figure.coloring import colored
 from clrt.film import color
 from clrt.particles import elements, palette
@@ -19,6 +19,7 @@ ALL = Particles(
     values={"v": [np.nan, 2.0, 4.0, np.inf], "flat": [5.0, 5.0, 5.0, 5.0]},
 )
 BARE = Particles(AT)
+STEEL = np.array([70, 130, 180], np.uint8)
 
 
 def test_positions_are_centres_and_not_copied() -> None:
@@ -31,8 +32,16 @@ def test_radii_are_the_files_or_the_elements() -> None:
     assert colored(ALL, radius=2, scale=0.5).spheres.radius.tolist() == [1, 1, 1, 1]
     atoms = Particles(AT, elements=[1, 6, 8, 0])
     assert colored(atoms).spheres.radius.tolist() == [1.2, 1.7, 1.52, 1.0]
-    with pytest.raises(RequestError, match="radius: expected a number for particles that have"):
-        colored(BARE)
+    nm = Particles(AT, elements=[1, 6, 8, 0], unit="nm")
+    assert colored(nm).spheres.radius == pytest.approx([0.12, 0.17, 0.152, 0.1])
+
+
+def test_a_radius_of_the_neighbours_is_said() -> None:
+    with pytest.warns(ParticleWarning, match=r"radius 2\.598: half the median .* --radius X"):
+        found = colored(BARE).spheres.radius
+    assert found == pytest.approx(np.full(4, 27**0.5 / 2))
+    with pytest.warns(ParticleWarning, match="radius 1: there is one place"):
+        assert colored(Particles(AT[:1])).spheres.radius == 1
 
 
 def test_the_first_colours_that_there_are() -> None:
@@ -40,7 +49,9 @@ def test_the_first_colours_that_there_are() -> None:
     assert colored(Particles(AT, elements=[1, 1, 1, 1], types=[0, 0, 0, 0])).by == "element"
     assert colored(Particles(AT, types=[0, 0, 0, 0]), radius=1).by == "type"
     bare = colored(BARE, radius=1)
-    assert (bare.by, bare.spheres.color) == ("material", None)
+    assert bare.by == "one"
+    assert bare.spheres.color == pytest.approx(np.tile(color.linear(STEEL), (4, 1)))
+    assert colored(BARE, radius=1, material="gold").by == "material"
 
 
 def test_colours_become_linear() -> None:
@@ -64,20 +75,20 @@ def test_colours_become_linear() -> None:
 
 
 def test_the_range_of_a_column() -> None:
-    assert colored(ALL, color="v").clim == (2, 4)
+    assert colored(ALL, color="v").meaning.clim == (2, 4)
     outside = colored(ALL, color="v", clim=(3, 3.5), cmap="plasma")
     plasma = color.linear(palette.colormap("plasma"))
-    assert outside.clim == (3, 3.5)
+    assert outside.meaning.clim == (3, 3.5)
     assert outside.spheres.color is not None
     assert (outside.spheres.color[1:] == plasma[[0, -1, -1]]).all()
-    assert colored(ALL).clim is None
+    assert colored(ALL).meaning.clim is None
 
 
 @pytest.mark.parametrize("name", ["file", "element", "type", "speed"])
 def test_what_there_is_not(name: str) -> None:
     with pytest.raises(RequestError) as error:
         colored(Particles(AT, values={"v": [1, 2, 3, 4]}), radius=1, color=name)
-    expected = "'material', 'v', 'x', 'y', 'z'"
+    expected = "'material', 'v', 'x', 'y', 'z', 'index'"
     assert str(error.value) == f"color: expected one of {expected}, got {name!r}"
 
 

@@ -125,7 +125,7 @@ def test_points_are_held_as_well() -> None:
 
 @pytest.mark.parametrize("given", ["X", "", (1, 2), (0, 0, 0), (1, 2, math.nan), None, 3, "xyz"])
 def test_what_is_no_view(given: object) -> None:
-    with pytest.raises(RequestError, match=r"view: expected one of iso, x, -x, .* got"):
+    with pytest.raises(RequestError, match=r"view: expected one of corner, iso, x, -x, .* got"):
         framing.direction(given)  # type: ignore[arg-type]
 
 

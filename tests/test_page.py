@@ -214,7 +214,7 @@ def test_samples(show: Callable[..., Page]) -> None:
 def test_style(show: Callable[..., Page], tmp_path: Path) -> None:
     (tmp_path / "water.xyz").write_text("3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
     page = show(str(tmp_path / "water.xyz"))
-    assert page.value("document.querySelector('select[name=style]').value") == "matte"
+    assert page.value("document.querySelector('select[name=style]').value") == "soft"
     before = on_canvas(page)
     page.value(
         "(s => { s.value = 'outline'; s.dispatchEvent(new Event('change')); })"

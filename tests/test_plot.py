@@ -15,6 +15,7 @@ from PIL import Image
 
 import clrt
 from clrt.commands.cli import main
+from clrt.figure.coloring import STEEL_BLUE
 from clrt.figure.framing import PROJECTIONS
 from clrt.film import color
 from clrt.film.decor import panel
@@ -59,6 +60,19 @@ SAME: list[tuple[list[str], dict[str, Any]]] = [
     (["--style", "soft"], {"style": "soft"}),
     (["--style", "outline"], {"style": "outline"}),
     (["--style", "mirror", "--view", "z"], {"style": "mirror", "view": (0, 0, 2)}),
+    (["--style", "matte", "--view", "1,-2, 0.5", "--up", "x", "--zoom", "2"],
+     {"style": "matte", "view": (1, -2, 0.5), "up": (1, 0, 0), "zoom": 2}),
+    (["--center", "1 2 3", "--projection", "perspective", "--zoom", "3"],
+     {"center": (1, 2, 3), "projection": "perspective", "zoom": 3}),
+    (["--select", "x > 0", "--hide", "type == 1", "--radius", "0=0.2,2=0.5", "--view", "corner"],
+     {"select": "x > 0", "hide": "type == 1", "radii": {0: 0.2, 2: 0.5}}),
+    (["--color", "x**2 + y**2", "--wrap", "--replicate", "2", "1", "1", "--colorbar", "r"],
+     {"color": "x**2 + y**2", "wrap": True, "replicate": (2, 1, 1), "colorbar": "r"}),
+    (["--colors", "0=red,1=rgb(1, 2, 3)", "--colorbar", "kinds"],
+     {"colors": {0: "red", "1": "rgb(1, 2, 3)"}, "colorbar": "kinds"}),
+    (["--color", "speed > 0", "--colors", "True=red", "--zoom", "2"],
+     {"color": "speed > 0", "colors": {"True": "red"}, "zoom": 2}),
+    (["--colors", "teal"], {"colors": "teal"}),
     (["--background", "#203040"], {"background": (0x20 / 255, 0x30 / 255, 0x40 / 255)}),
     (["--transparent"], {"transparent": True}),
     (["--cell", "--view", "-x"], {"cell": True, "view": "-x"}),
@@ -190,7 +204,8 @@ def test_colours_by_every_way() -> None:
     def drawn(**given: Any) -> Any:
         return clrt.plot(AT, radii=0.3, **SMALL, **given).scene.spheres.color  # type: ignore[attr-defined]
 
-    assert drawn() is None
+    assert (drawn() == color.linear(np.array(STEEL_BLUE, np.uint8))).all()
+    assert drawn(color="material") is None
     red = color.linear(np.array([255, 0, 0], np.uint8))
     for one in ("red", "#f00", (1.0, 0, 0), np.array([255, 0, 0], np.uint8)):
         assert (drawn(colors=one) == red).all()
@@ -259,13 +274,12 @@ def test_nan_is_gray_and_a_constant_column_the_middle() -> None:
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"radii": [1, 2]}, "radii: expected 60 of them, as positions, got (2,)"),
     ({"radii": -1}, "radii: expected a finite number above 0, got -1"),
-    ({"radii": None}, "radius: expected a number for particles that have neither radii nor elem"),
     ({"colors": "redd"}, "colors: expected a colour's name, #rgb, #rrggbb or three numbers from 0"),
     ({"colors": [[1, 2, 3]]}, "colors: expected 60 of them, as positions, got (1, 3)"),
     ({"colors": "red", "values": SPEED}, "values: expected none beside colors"),
     ({"values": [1, 2]}, "values: expected 60 of them, as positions, got (2,)"),
     ({"values": ["a"] * N}, "values: expected numbers (n,), got"),
-    ({"color": "speed"}, "color: expected one of 'material', 'x', 'y', 'z', got 'speed'"),
+    ({"color": "speed"}, "color: expected one of 'material', 'x', 'y', 'z', 'radius', 'index'"),
     ({"scale": 0}, "scale: expected a finite number above 0, got 0"),
     ({"cmap": "jets"}, "cmap: expected one of viridis, plasma, turbo, coolwarm"),
     ({"clim": (2, 1)}, "clim: expected two finite numbers, the lower one first, got (2, 1)"),
@@ -274,12 +288,12 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"mask": np.zeros(N, bool)}, "particles: expected at least one, got none"),
     ({"cell": True}, "cell: expected particles in a box, got none"),
     ({"cell": [1, 2]}, "cell: expected finite numbers of shape (3, 3), got [1, 2]"),
-    ({"view": "w"}, "view: expected one of iso, x, -x, y, -y, z, -z or three numbers, got 'w'"),
+    ({"view": "w"}, "view: expected one of corner, iso, x, -x, y, -y, z, -z or three numb"),
     ({"projection": "flat"}, "projection: expected orthographic or perspective, got 'flat'"),
     ({"margin": 0.5}, "margin: expected a number from 0 to below 0.5, got 0.5"),
     ({"background": "whitish"}, "background: expected a colour's name, #rgb, #rrggbb or three num"),
     ({"background": (1, 2, 3)}, "background: expected a colour's name, #rgb, #rrggbb or three num"),
-    ({"style": "nice"}, "style: expected one of matte, soft, outline, mirror, got 'nice'"),
+    ({"style": "nice"}, "style: expected one of soft, matte, outline, mirror, got 'nice'"),
     ({"samples": 0}, "samples: expected a whole number from 1 to 65536, got 0"),
     ({"size": (0, 5)}, "size: expected two whole numbers above 0, got (0, 5)"),
     ({"size": 5}, "size: expected two whole numbers above 0, got 5"),
@@ -298,9 +312,9 @@ def test_a_wrong_argument_is_one_line(given: dict[str, Any], message: str) -> No
     [
         (
             ["a.npz", "--color", "sped"],
-            "a.npz: color: expected one of 'type', 'material', 'speed',",
+            "a.npz: --color: expected one of 'type', 'material', 'speed',",
         ),
-        (["a.npz", "--style", "nice"], "style: expected one of matte,"),
+        (["a.npz", "--style", "nice"], "--style: expected one of soft,"),
         (["a.npz", "--frame", "1"], "a.npz: expected a frame from 0 to 0, got 1"),
         (["a.npz", "--save-scene", "a.json"], "a.json: expected a name that ends in .toml"),
         (["a.npz", "-o", "a.npz"], "a.npz: is read as well: expected another name"),

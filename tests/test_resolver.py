@@ -64,19 +64,19 @@ def test_particles_come_after_spheres_in_the_order_of_their_file(path: Path) -> 
     assert isinstance(spheres, clrt.Spheres)
     assert spheres.center.tolist() == [[0, 1, 0], *A.tolist(), *B.tolist()]
     assert spheres.radius.tolist() == [1, 0.4, 0.4, 0.5, 0.5, 0.5]
-    assert [one.material for one in spheres] == ["red", *["matte"] * 2, *["red"] * 3]
+    assert [one.material for one in spheres] == ["red", *["soft"] * 2, *["red"] * 3]
     own = [palette.OKABE_ITO[:2], palette.of_values([0, 1, 2], "plasma", (0, 4))]
     assert spheres.color is not None
     assert spheres.color[0].tolist() == [1, 1, 1]
     assert (spheres.color[1:] == np.concatenate([color.linear(one) for one in own])).all()
-    assert found.materials == {"matte": STYLES["matte"].material, **scene.materials}
+    assert found.materials == {"soft": STYLES["soft"].material, **scene.materials}
 
 
-def test_a_scene_may_have_its_own_matte(path: Path) -> None:
+def test_a_scene_may_have_its_own_style(path: Path) -> None:
     scene = clrt.load_scene(path)
     own = clrt.Material(diffuse=(0.5, 0.5, 0.5))
-    found = resolved(replace(scene, materials={**scene.materials, "matte": own}))
-    assert found.materials["matte"] == own
+    found = resolved(replace(scene, materials={**scene.materials, "soft": own}))
+    assert found.materials["soft"] == own
 
 
 def test_a_picture_of_it_is_that_of_its_spheres(path: Path) -> None:
@@ -160,7 +160,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"frame": -1}, "frame: expected a whole number from 0 to 2147483647, got -1"),
     ({"radius": 0.0}, "radius: expected a finite number above 0, got 0.0"),
     ({"scale": float("inf")}, "scale: expected a finite number above 0, got inf"),
-    ({"color": ""}, "color: expected 'file', 'element', 'type', 'material' or a column's name"),
+    (
+        {"color": ""},
+        "color: expected 'file', 'element', 'type', 'material' or an expression over columns",
+    ),
     ({"cmap": "jets"}, "cmap: expected one of viridis, plasma, turbo, coolwarm"),
     (
         {"clim": [2.0, 1.0]},
@@ -191,11 +194,7 @@ def test_a_wrong_key_is_one_line(keys: dict[str, Any], message: str, tmp_path: P
     [
         (
             {"color": "file"},
-            "particles[0].color: expected one of 'type', 'material', 'x', 'y', 'z'",
-        ),
-        (
-            {"radius": None},
-            "particles[0].radius: expected a number for particles that have neither",
+            "particles[0].color: expected one of 'type', 'material', 'x', 'y', 'z', 'index'",
         ),
         ({"frame": 1}, "particles[0].file: {}: expected a frame from 0 to 0, got 1"),
     ],

@@ -13,7 +13,9 @@ import clrt
 from clrt.commands.cli import main
 from clrt.errors import RequestError
 from clrt.figure import styles
+from clrt.film import color
 from clrt.motion.animation import camera_at
+from clrt.particles import palette
 from clrt.viewer import orbit
 from clrt.viewer.session import Frame, Reset, Resize, Restyle, Sample, Session, Turn
 from clrt.viewer.subject import Subject, of, of_figure, of_file, of_particles
@@ -55,13 +57,13 @@ def test_an_animation_moves_the_camera() -> None:
 def test_a_trajectory(flow: Path) -> None:
     subject = of_file(flow, {"color": "speed", "style": "soft", "cell": False, "view": None})
     assert subject.frames == 2
-    options = ["--color", "speed", "--style", "soft", "--clim", "1.0", "4.0"]
+    options = ["--color", "speed", "--style", "soft", "--clim", "1.0", "8.0"]
     assert list(subject.words) == [str(flow), *options]
     first, second = subject.at(0), subject.at(1)
     assert (first.camera, first.lights) == (second.camera, second.lights)
     assert np.array_equal(second.spheres[1].center, (2, 0, 0))
-    # Yellow, the colour of the largest of the first frame's.
-    assert second.spheres[0].color == first.spheres[1].color
+    # Yellow, the colour of the largest of both frames.
+    assert second.spheres[0].color == tuple(color.linear(palette.colormap("viridis")[-1]).tolist())
     found = subject.described(second, 1, 0)
     assert found is not None
     assert (found["index"], found["speed"]) == (0, 8.0)
@@ -117,7 +119,7 @@ def test_another_style(flow: Path) -> None:
     assert "--style soft" in session.shot.command
     session.change(Reset())
     assert session.scene.lights[1].occlusion  # type: ignore[union-attr]
-    with pytest.raises(RequestError, match="style: expected one of matte"):
+    with pytest.raises(RequestError, match="style: expected one of soft"):
         session.change(Restyle("oil"))
     assert session.state["style"] == "soft"
 

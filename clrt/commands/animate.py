@@ -10,6 +10,8 @@ import click
 
 from clrt.commands.loading import opened
 from clrt.commands.options import (
+    PARTICLE_KEYS,
+    Grouped,
     RenderingOptions,
     VideoOptions,
     film_options,
@@ -22,10 +24,10 @@ from clrt.commands.options import (
     video_options,
 )
 from clrt.commands.terminal import say
-from clrt.errors import ClrtError, FrameError, RequestError, SceneError, named
+from clrt.errors import ClrtError, FrameError, RequestError, SceneError, called, named
 
 
-@click.command()
+@click.command(cls=Grouped)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option(
     "-o",
@@ -107,8 +109,9 @@ def animate(
         from clrt.figure.sources import look as looking
         from clrt.motion.trajectory import Flow
 
-        drawing = looking(size=(width, height), **look, **drawn)
-        way = Flow(scenes, drawing, view_all=view_all, format=format)
+        with called(PARTICLE_KEYS):
+            drawing = looking(size=(width, height), **look, **drawn)
+            way = Flow(scenes, drawing, view_all=view_all, format=format)
     else:
         only_for_particles(scene, **drawn, view_all=view_all)
         loaded = opened(scene, **look)

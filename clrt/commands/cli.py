@@ -18,7 +18,10 @@ import click
 from clrt.commands.terminal import say
 from clrt.errors import ClrtError, ClrtWarning
 
-COMMANDS = ("animate", "check", "compare", "devices", "encode", "render", "view")
+COMMANDS = (
+    *("animate", "check", "compare", "devices", "encode", "formats", "render", "styles"),
+    "view",
+)
 """Modules of this package, each with a command of its name."""
 
 
@@ -74,6 +77,16 @@ class Commands(click.Group):
         say(f"clrt: {said}")
         sys.exit(status)
 
+    def resolve_command(
+        self, context: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from clrt.values import did_you_mean
+
+            hint = did_you_mean(args[0], COMMANDS)
+            context.fail(f"No such command {args[0]!r}{hint or '; clrt --help lists them'}")
+        return super().resolve_command(context, args)
+
     def list_commands(self, context: click.Context) -> list[str]:
         return list(COMMANDS)
 
@@ -92,10 +105,15 @@ def main() -> None:
     \b
     Examples:
       clrt render                                  the paper's scene at 4K
+      clrt render atoms.xyz -o atoms.png           a figure of particles
       clrt render my.toml -o my.png --width 1920 --height 1080
       clrt animate                                 a video round that scene
       clrt encode 'frames/####.png' -o my.mp4      a video of numbered pictures
       clrt check my.toml                           is the scene file right?
+      clrt check atoms.xyz                         what can be selected and shown?
       clrt compare a.png b.png                     how far apart are two pictures?
       clrt devices                                 where can it run?
+
+    In bash eval "$(_CLRT_COMPLETE=bash_source clrt)" completes commands and options; zsh_source and
+    fish_source do in those.
     """

@@ -79,7 +79,7 @@ RENDERING_OPTIONS = (
         "--samples",
         type=click.IntRange(min=1),
         metavar="N",
-        help="The most that a pixel gets; default: the scene's.",
+        help="The most that a pixel gets; default: the scene's, of particles 16.",
     ),
     click.option(
         "--precision",
@@ -145,33 +145,89 @@ film_options = _group("film", dict, FILM_OPTIONS)
 """Keys of a scene's film."""
 
 
+def _by_kind(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    """One value for all, or A=X,B=Y; commas in brackets part nothing."""
+    if text is None or "=" not in text:
+        return text
+    pairs = re.findall(r"([^=]+)=((?:[^,(]|\([^)]*\))*)(?:,|$)", text)
+    if "".join(f"{key}={value}," for key, value in pairs).rstrip(",") != text.rstrip(","):
+        raise click.BadParameter(f"expected A=X,B=Y, got {text!r}")
+    return {key.strip(): value.strip() for key, value in pairs}
+
+
+def _radius(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    found = _by_kind(context, option, text)
+    try:
+        if isinstance(found, dict):
+            return {key: float(value) for key, value in found.items()}
+        return None if found is None else float(found)
+    except ValueError:
+        expected = "a number, or numbers of types, elements or names, as Na=1.0,Cl=1.8"
+        raise click.BadParameter(f"expected {expected}, got {text!r}") from None
+
+
+def _clim(context: click.Context, option: click.Parameter, words: Any) -> Any:
+    """--clim LO HI, or a word, which Grouped gives twice."""
+    if words is None or words[0] in CLIM_WORDS:
+        return words and words[0]
+    try:
+        return tuple(map(float, words))
+    except ValueError:
+        raise click.BadParameter(f"expected LO HI, first or all, got {' '.join(words)!r}") from None
+
+
+CLIM_WORDS = ("first", "all")
+
 PARTICLE_OPTIONS = (
+    click.option("--select", metavar="EXPR", help="Only these, as 'x > 0 and chain == \"A\"'."),
+    click.option("--hide", metavar="EXPR", help="Not these, as water."),
+    click.option("--wrap", is_flag=True, help="Move particles into their box."),
+    click.option(
+        "--replicate", type=int, nargs=3, metavar="NX NY NZ", help="Images along the box's edges."
+    ),
     click.option(
         "--color",
-        metavar="TEXT",
-        help="Of particles: file, element, type or material, or a column's name; default: the "
-        "first of those four that there is.",
+        metavar="EXPR",
+        help="file, element, type, material, or columns, as speed or 'x**2 + y**2'; default: the "
+        "first of file, element and type that there is, else steel blue.",
     ),
-    click.option("--cmap", metavar="NAME", help="Colour map of a column; default: viridis."),
+    click.option(
+        "--colors",
+        metavar="A=COLOR,...",
+        callback=_by_kind,
+        help="Of types, elements, names or texts, as Na=red,Cl=#0a0; or of all.",
+    ),
+    click.option("--cmap", metavar="NAME", help="Colour map of numbers; default: viridis."),
     click.option(
         "--clim",
-        type=float,
         nargs=2,
         metavar="LO HI",
-        help="What the map's ends stand for; default: the column's range.",
+        callback=_clim,
+        help="What the map's ends stand for, or of a trajectory: first, all. Default: the range, "
+        "of ten frames.",
+    ),
+    click.option(
+        "--colorbar", metavar="LABEL", help="Draw a colour bar, or a legend of kinds; '': none."
     ),
     click.option(
         "--radius",
-        type=float,
-        metavar="X",
-        help="Of all particles; default: the file's, or else the elements' van der Waals radii.",
+        metavar="X|A=X,...",
+        callback=_radius,
+        help="Of all, or of types, elements, names, as Na=1.0,Cl=1.8; default: the file's, the "
+        "elements' van der Waals radii, or by the distance of neighbours.",
     ),
     click.option("--scale", type=float, metavar="X", help="Of all radii; default: 1."),
+    click.option("--style", metavar="NAME", help="See 'clrt styles'; default: soft."),
+    click.option("--cell", is_flag=True, help="Draw the edges of the box."),
     click.option(
         "--view",
-        metavar="NAME",
-        help="Where the camera stands: iso, x, -x, y, -y, z or -z; default: iso.",
+        metavar="NAME|X,Y,Z",
+        help="Where the camera stands: corner, iso, x, -x, y, -y, z, -z, or three numbers; "
+        "default: corner, of flat data z.",
     ),
+    click.option("--up", metavar="NAME|X,Y,Z", help="What is up in the picture; default: z."),
+    click.option("--zoom", type=float, metavar="X", help="Default: 1, which holds all."),
+    click.option("--center", metavar="X,Y,Z", help="The picture's middle; default: that of all."),
     click.option(
         "--projection", metavar="NAME", help="orthographic or perspective; default: orthographic."
     ),
@@ -179,20 +235,77 @@ PARTICLE_OPTIONS = (
         "--margin",
         type=float,
         metavar="X",
-        help="The part of the picture that stays free at each side; default: 0.03.",
-    ),
-    click.option("--style", metavar="NAME", help="matte, soft, outline or mirror; default: matte."),
-    click.option("--cell", is_flag=True, help="Draw the edges of the file's box."),
-    click.option(
-        "--colorbar",
-        metavar="LABEL",
-        help="Draw a colour bar, or a legend of elements or types.",
+        help="The part that stays free at each side; default: 0.03.",
     ),
 )
 
 
 particle_options = _group("drawn", dict, PARTICLE_OPTIONS)
 """How particles are drawn: fields of clrt.figure.Look."""
+PARTICLE_KEYS = {
+    key: f"--{key}"
+    for key in (
+        *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
+        *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
+        *("margin", "background", "samples"),
+    )
+}
+"""What a key of a Look is called on the command line."""
+
+HEADINGS = {
+    "Picture": ("output", "width", "height", "samples", "style", "background", "transparent"),
+    "Which particles": ("select", "hide", "frame", "format", "wrap", "replicate", "cell"),
+    "Their colours": ("color", "colors", "cmap", "clim", "colorbar"),
+    "Their radii": ("radius", "scale"),
+    "Where they are seen from": (
+        "view",
+        "up",
+        "zoom",
+        "center",
+        "projection",
+        "margin",
+        "view_all",
+    ),
+    "Frames and videos": ("frames", "step", "fps", "crf", "resume", "shard"),
+    "Files": ("output_format", "transfer", "bits", "passes", "region", "save_scene"),
+    "Scenes": ("max_depth", "shadow_bias", "camera"),
+}
+"""Of the help of commands that make pictures; other options come last."""
+LAST = "Device and help"
+
+
+class Grouped(click.Command):
+    """A command whose options stand under headings."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        words = iter(args)
+        found: list[str] = []
+        for word in words:
+            name, equals, value = word.partition("=")
+            if name == "--clim" and equals:
+                found.append("--clim")
+                word = value
+            elif found and found[-1] == "--clim":
+                pass
+            else:
+                found.append(word)
+                continue
+            found += [word, word] if word in CLIM_WORDS else [word]
+        return super().parse_args(context, found)
+
+    def format_options(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        rows = {
+            param.name: row
+            for param in self.get_params(context)
+            if isinstance(param, click.Option)
+            and (row := param.get_help_record(context)) is not None
+        }
+        for heading, names in HEADINGS.items():
+            if there := [rows.pop(name) for name in names if name in rows]:
+                with formatter.section(heading):
+                    formatter.write_dl(there)
+        with formatter.section(LAST):
+            formatter.write_dl(list(rows.values()))
 
 
 def only_for_particles(scene: str, **given: Any) -> None:
@@ -202,7 +315,7 @@ def only_for_particles(scene: str, **given: Any) -> None:
         RequestError: it was.
     """
     for name, value in given.items():
-        if value is not None and value is not False:
+        if value is not None and value is not False and value != ():
             option = name.replace("_", "-")
             raise RequestError(f"--{option}: expected a file of particles, {scene} is a scene")
 

@@ -10,6 +10,8 @@ import click
 
 from clrt.commands.loading import changed, opened
 from clrt.commands.options import (
+    PARTICLE_KEYS,
+    Grouped,
     RenderingOptions,
     film_options,
     format_option,
@@ -20,13 +22,13 @@ from clrt.commands.options import (
     stem_of,
 )
 from clrt.commands.terminal import Progress, say
-from clrt.errors import RequestError, SceneError, named
+from clrt.errors import RequestError, SceneError, called, named
 
 if TYPE_CHECKING:
     from clrt.renderer.checks import Region
 
 
-@click.command()
+@click.command(cls=Grouped)
 @click.pass_context
 @click.argument("scene", default="four-spheres")
 @click.option(
@@ -34,8 +36,8 @@ if TYPE_CHECKING:
     "--output",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="The picture's file; default <scene>.png here. The suffix chooses the format: "
-    "8-bit .png .jpg .webp .tif .bmp .ppm; linear float32, not clipped, .npy .npz .pfm .exr.",
+    help="Default <scene>.png here. 8-bit .png .jpg .webp .tif .bmp .ppm; linear float32 .npy .npz "
+    ".pfm .exr.",
 )
 @click.option(
     "--width",
@@ -110,25 +112,22 @@ def render(
     save_scene: Path | None,
     verbose: bool,
 ) -> None:
-    """Renders SCENE, a built-in scene's name, a TOML file or a file of particles; default:
-    four-spheres.
-
-    The options from --color to --save-scene are for files of particles: .npz .npy .csv .ply .xyz
-    .extxyz .dump .lammpstrj, and with an extra .pdb .cif .gsd. All of them are in view, at most 16
-    samples a pixel, on the sRGB curve.
+    """Renders SCENE: a file of particles (see 'clrt formats'), a TOML file, or a built-in scene's
+    name; default: four-spheres.
 
     \b
     Examples:
-      clrt render --width 3840 --height 2160
-      clrt render first-result -o small.jpg --width 480 --height 270
-      clrt render my.toml -o linear.npy --shadow-bias 0 --precision double
-      clrt render -o left.png --region 0 0 1920 2160
-      clrt render -o smooth.png --samples 64
-      clrt render my.toml -o cut-out.png --transparent --transfer srgb
-      clrt render my.toml -o all.exr --passes depth,normal,id
-      clrt render atoms.xyz -o atoms.png --style soft
+      clrt render atoms.xyz -o atoms.png
+      clrt render protein.pdb --hide water --color chain
+      clrt render flow.dump --frame 3 --color speed --colorbar "speed (m/s)"
+      clrt render salt.xyz --radius Na=1.0,Cl=1.8 --colors Na=gold,Cl=teal --colorbar ions
+      clrt render salt.xyz --select "0 < z < 3" --view z --zoom 2 --cell
       zcat flow.dump.gz | clrt render - --format dump --frame -1 -o - > last.png
-      clrt render flow.dump -o flow.png --frame 3 --color speed --colorbar "speed (m/s)"
+      clrt render my.toml -o my.png --width 1920 --height 1080
+
+    Expressions are Python's over columns ('clrt check FILE' lists them): comparisons, and, or, not,
+    in, arithmetic, abs, sqrt, log10, min, max, text in quotes. The headings from "Which particles"
+    to "Where they are seen from" are for files of particles.
     """
     started = time.perf_counter()
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
@@ -157,8 +156,9 @@ def render(
         from clrt.figure.styles import seen_by
         from clrt.files.scenewriter import save_scene as write_scene
 
-        drawing = sources.look(size=(width, height), **look, **drawn)
-        loaded = sources.of_file(Path(scene), frame or 0, drawing, format)
+        with called(PARTICLE_KEYS):
+            drawing = sources.look(size=(width, height), **look, **drawn)
+            loaded = sources.of_file(Path(scene), frame or 0, drawing, format)
         if changes["camera"] is not None:
             loaded = seen_by(loaded, changes["camera"])
     else:

@@ -8,6 +8,8 @@ import click
 
 from clrt.commands.loading import changed
 from clrt.commands.options import (
+    PARTICLE_KEYS,
+    Grouped,
     RenderingOptions,
     format_option,
     only_for_particles,
@@ -15,10 +17,10 @@ from clrt.commands.options import (
     rendering_options,
 )
 from clrt.commands.terminal import say
-from clrt.errors import RequestError
+from clrt.errors import RequestError, called
 
 
-@click.command()
+@click.command(cls=Grouped)
 @click.argument("scene", default="four-spheres")
 @click.option(
     "--host",
@@ -72,7 +74,8 @@ def view(
     samples = rendering.samples
     words = rendering.words()
     if format is not None or is_particles(Path(scene)):
-        looked_at = subject.of_file(Path(scene), drawn, words, format)
+        with called(PARTICLE_KEYS):
+            looked_at = subject.of_file(Path(scene), drawn, words, format)
     else:
         only_for_particles(scene, **drawn)
         looked_at = subject.of(scene, words)

@@ -1,35 +1,63 @@
-"""Coloring: particles as spheres: how large they are, of which colour, and what that means."""
+"""Coloring: particles as spheres: which ones, how large they are, of which colour, and what that
+means."""
 
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import Literal, NamedTuple
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
 
-from clrt.errors import RequestError
-from clrt.film import color as colors
-from clrt.film.decor import legend
-from clrt.particles import elements, palette
-from clrt.particles.particlefile import MATTE
+from clrt.errors import ParticleWarning, RequestError
+from clrt.film import color as colors_of
+from clrt.film.decor import legend as legends
+from clrt.particles import choose, elements, expression, palette
+from clrt.particles.neighbours import spacing
+from clrt.particles.particlefile import PLAIN, STYLE_NAMES
 from clrt.particles.particles import Particles
-from clrt.scene.film import Cell, Film
+from clrt.particles.texts import Text
+from clrt.scene.film import Cell, Film, LegendEntry
 from clrt.scene.spheres import Spheres
-from clrt.values import Array, frozen, some
+from clrt.values import Array, did_you_mean, frozen, some
 
-By = Literal["file", "element", "type", "material", "column"]
+By = Literal["file", "element", "type", "material", "one", "column", "text"]
+
+STEEL_BLUE = (70, 130, 180)
+"""sRGB, of particles of which nothing is known that has a colour."""
+ANGSTROMS = {"angstrom": 1.0, "nm": 10.0, "pm": 0.01, "bohr": 0.529177210903, "m": 1e10}
+"""Of a unit of length."""
+Legend: TypeAlias = Callable[[], tuple[LegendEntry, ...]]
+
+
+class Meaning(NamedTuple):
+    """What colours and radii mean: in all frames of a trajectory the same."""
+
+    clim: tuple[float, float] | None = None
+    """What the ends of the map stand for, if a column of numbers gives the colours."""
+    kinds: tuple[str, ...] = ()
+    """Of a column of text: the texts that there are, in order."""
+    numbers: tuple[int, ...] = ()
+    """Of elements and types: those that there are, in order."""
+    spare: float | None = None
+    """The radius of particles that have none."""
 
 
 class Colored(NamedTuple):
     """Particles as spheres, and what their colours mean."""
 
     spheres: Spheres
-    particles: Particles
+    rows: Array | None
+    """(n,) which of the particles each sphere is; None: the spheres are the particles."""
     by: By
     """What they have their colours of."""
+    title: str
+    """What that is called."""
     cmap: str
-    clim: tuple[float, float] | None
-    """What the ends of the map stand for, if it is of a column."""
+    meaning: Meaning
+    legend: Legend
+    """What the colours stand for, if they are of an element, a type or text."""
+    box: Cell | None
+    """The box that they are in."""
     cell: Cell | None
     """The box that is to be drawn."""
 
@@ -37,40 +65,82 @@ class Colored(NamedTuple):
 def colored(
     particles: Particles,
     *,
-    material: str = MATTE,
-    radius: float | None = None,
+    material: str = PLAIN,
+    select: str | None = None,
+    hide: str | None = None,
+    mask: Array | None = None,
+    wrap: bool = False,
+    replicate: Sequence[int] = (1, 1, 1),
+    radius: float | Mapping[str, float] | None = None,
     scale: float = 1.0,
     color: str | None = None,
+    colors: str | Mapping[str, Any] | None = None,
     cmap: str = "viridis",
-    clim: tuple[float, float] | None = None,
+    clim: tuple[float, float] | str | None = None,
     cell: bool = False,
+    meaning: Meaning | None = None,
 ) -> Colored:
     """Particles as spheres, as a ParticleFile's fields of the same names say.
+
+    Args:
+        mask: (n,) of bool: only these are there.
+        meaning: of another frame; then nothing is said again, and no particle may be left.
 
     Raises:
         RequestError: naming the key, if the particles do not have what it needs.
     """
-    radii = _radii(particles, radius) * scale
-    by, column = _by(particles, color)
-    limits, srgb = None, None
-    if by == "file":
-        srgb = particles.colors
-    elif by == "element":
-        srgb = elements.COLORS[particles.elements]
-    elif by == "type" and particles.types is not None:
-        srgb = palette.of_types(particles.types)
-    elif column is not None:
-        limits = palette.limits(column, clim)
-        srgb = palette.of_values(column, cmap, limits)
-    own = None if srgb is None else frozen(colors.linear(srgb))
-    spheres = Spheres(particles.positions, frozen(radii), material, own)
-    return Colored(spheres, particles, by, cmap, limits, box_of(particles) if cell else None)
+    if wrap:
+        particles = choose.wrapped(particles)
+    columns = particles.columns
+    kept = choose.selected(columns, len(particles), select, hide, may_be_none=meaning is not None)
+    if mask is not None:
+        kept = mask if kept is None else kept & mask
+    radii, spare = _radii(particles, radius, meaning)
+    by, title, column = _by(particles, columns, color, colors, material)
+    rows = None if kept is None else np.flatnonzero(kept)
+    if rows is not None:
+        radii = radii[rows]
+    own, found, legend = _srgb(particles, rows, by, column, cmap, clim, meaning)
+    if isinstance(colors, Mapping):
+        own, legend = _overridden(particles, rows, by, column, colors, own, legend, meaning is None)
+    elif colors is not None:
+        own = np.broadcast_to(colors_of.srgb("colors", colors), (len(radii), 3))
+    positions = particles.positions if rows is None else particles.positions[rows]
+    linear = None if own is None else colors_of.linear(own)
+    radii = radii * scale
+    many = int(np.prod(replicate))
+    if many > 1:
+        moved = choose.images(particles, replicate)
+        positions = (positions + moved[:, np.newaxis]).reshape(-1, 3)
+        radii = np.tile(radii, many)
+        linear = None if linear is None else np.tile(linear, (many, 1))
+        rows = np.tile(np.arange(len(particles)) if rows is None else rows, many)
+    if positions is not particles.positions:
+        frozen(positions)
+    spheres = Spheres(
+        positions, frozen(radii), material, None if linear is None else frozen(linear)
+    )
+    box = None if particles.cell is None else box_of(particles, replicate)
+    if cell and box is None:
+        raise RequestError("cell: expected particles in a box, got none")
+    found = found._replace(spare=spare)
+    drawn = box if cell else None
+    return Colored(spheres, rows, by, title, cmap, found, legend, box, drawn)
+
+
+def together(meanings: Sequence[Meaning]) -> Meaning:
+    """What colours mean in several frames: from the least to the largest, and all texts."""
+    ranges = [one.clim for one in meanings if one.clim is not None]
+    clim = (min(low for low, _ in ranges), max(high for _, high in ranges)) if ranges else None
+    kinds = tuple(sorted({kind for one in meanings for kind in one.kinds}))
+    numbers = tuple(sorted({number for one in meanings for number in one.numbers}))
+    return Meaning(clim, kinds, numbers, meanings[0].spare)
 
 
 def decorated(film: Film, parts: Sequence[Colored]) -> Film:
     """A film with the boxes of particles, and what it asks for and does not say: the range and the
     map of its colour bar, those of the first that are coloured by a column, or a legend, that of
-    the first that are coloured by element or type.
+    the first that are coloured by element, type or text.
 
     Raises:
         RequestError: nothing is coloured so.
@@ -83,44 +153,76 @@ def decorated(film: Film, parts: Sequence[Colored]) -> Film:
             return replace(
                 film,
                 colorbar_cmap=film.colorbar_cmap or part.cmap,
-                colorbar_clim=film.colorbar_clim or part.clim,
+                colorbar_clim=film.colorbar_clim or part.meaning.clim or (0.0, 1.0),
             )
     if film.colorbar_clim is not None:
         return film
     for part in parts:
-        if part.by == "element" and part.particles.elements is not None:
-            return replace(film, legend=legend.of_elements(part.particles.elements))
-        if part.by == "type" and part.particles.types is not None:
-            entries = legend.of_types(part.particles.types, part.particles.type_names)
-            return replace(film, legend=entries)
-    raise RequestError("colorbar: expected particles coloured by a column, by element or by type")
+        if part.by in ("element", "type", "text"):
+            return replace(film, legend=part.legend())
+    expected = "particles coloured by a column, by element or by type"
+    raise RequestError(f"colorbar: expected {expected}")
 
 
-def box_of(particles: Particles) -> Cell:
-    """The box that particles are in.
+def box_of(particles: Particles, replicate: Sequence[int] = (1, 1, 1)) -> Cell:
+    """The box that particles are in, as long as so many of it.
 
     Raises:
         RequestError: they are in none.
     """
     if particles.cell is None:
         raise RequestError("cell: expected particles in a box, got none")
-    return Cell(particles.cell, particles.origin)  # type: ignore[arg-type]
+    edges = particles.cell * np.array(replicate)[:, np.newaxis]
+    return Cell(edges, particles.origin)  # type: ignore[arg-type]
 
 
-def _radii(particles: Particles, radius: float | None) -> Array:
-    if radius is not None:
-        return np.full(len(particles), radius)
+def _radii(
+    particles: Particles, radius: float | Mapping[str, float] | None, meaning: Meaning | None
+) -> tuple[Array, float | None]:
+    """(n,), and the radius of those that have none."""
+    n = len(particles)
+    if radius is not None and not isinstance(radius, Mapping):
+        return np.full(n, radius), None
+    found = np.full(n, np.nan)
+    kinds = choose.kinds_of(particles) if radius else {}
+    for key, one in (radius or {}).items():
+        of = next((text for text in kinds.values() if key in text.kinds), None)
+        if of is not None:
+            found[of.which == of.kinds.index(key)] = one
+        elif meaning is None:
+            _say_absent("radius", key, kinds)
+    left = np.isnan(found)
+    if not left.any():
+        return found, None
     if particles.radii is not None:
-        return particles.radii
-    if particles.elements is None:
-        expected = "a number for particles that have neither radii nor elements"
-        raise RequestError(f"radius: expected {expected}, got none")
-    found: Array = elements.VAN_DER_WAALS[particles.elements]
-    return found
+        known: Array = particles.radii
+    elif particles.elements is not None:
+        unit = ANGSTROMS.get(particles.unit or "angstrom", 1.0)
+        known = elements.VAN_DER_WAALS[particles.elements] / unit
+    else:
+        spare = _spare(particles) if meaning is None or meaning.spare is None else meaning.spare
+        found[left] = spare
+        return found, spare
+    return (known if left.all() else np.where(left, known, found)), None
 
 
-def _by(particles: Particles, color: str | None) -> tuple[By, Array | None]:
-    """What gives the colours, and the column if it is one."""
+def _spare(particles: Particles) -> float:
+    """Half the median distance of nearest neighbours."""
+    apart = spacing(particles.positions)
+    radius = 1.0 if apart is None else apart / 2
+    why = "half the median distance between nearest neighbours" if apart else "there is one place"
+    _warn(f"radius {radius:.4g}: {why}; --radius X, radii=X in Python, says another")
+    return radius
+
+
+def _by(
+    particles: Particles,
+    columns: Mapping[str, Array | Text],
+    color: str | None,
+    colors: str | Mapping[str, Any] | None,
+    material: str,
+) -> tuple[By, str, Array | Text | None]:
+    """What gives the colours, what it is called, and the column if it is one."""
     there: list[By] = ["material"]
     if particles.types is not None:
         there.insert(0, "type")
@@ -128,12 +230,137 @@ def _by(particles: Particles, color: str | None) -> tuple[By, Array | None]:
         there.insert(0, "element")
     if particles.colors is not None:
         there.insert(0, "file")
+    if color is None and isinstance(colors, str):
+        return "one", "", None
+    if color is None and isinstance(colors, Mapping):
+        of = choose.matching(colors, choose.kinds_of(particles))
+        if of == "name":
+            return "text", of, columns[of]
+        if of is not None:
+            return ("element" if of == "element" else "type"), of, None
     if color is None:
-        return there[0], None
+        first = there[0]
+        if first == "material" and material in STYLE_NAMES:
+            first = "one"
+        return first, first, None
     for by in there:
         if by == color:
-            return by, None
-    with suppress(RequestError):
-        return "column", particles.column(color)
-    known = some([*there, *particles.values, "x", "y", "z"], 20)
-    raise RequestError(f"color: expected one of {known}, got {color!r}")
+            return by, by, None
+    found = _column(color, columns, there)
+    title = " ".join(color.split())
+    if isinstance(found, Text):
+        return "text", title, found
+    found = np.broadcast_to(found, (len(particles),))
+    if found.dtype == bool:
+        return "text", title, Text(("False", "True"), found.astype(np.intp))
+    return "column", title, found
+
+
+def _column(color: str, columns: Mapping[str, Array | Text], there: Sequence[str]) -> Array | Text:
+    if color not in columns and color.replace("_", "a").isalnum():
+        known = list(dict.fromkeys([*there, *columns]))
+        hint = did_you_mean(color, known)
+        raise RequestError(f"color: expected one of {some(known, 20)}, got {color!r}{hint}")
+    try:
+        return expression.evaluate(color, columns)
+    except RequestError as error:
+        raise RequestError(f"color: {error}") from None
+
+
+def _srgb(
+    particles: Particles,
+    rows: Array | None,
+    by: By,
+    column: Array | Text | None,
+    cmap: str,
+    clim: tuple[float, float] | str | None,
+    meaning: Meaning | None,
+) -> tuple[Array | None, Meaning, Legend]:
+    """The colours (n, 3) of the rows, what they mean, and their legend."""
+    known = meaning or Meaning()
+
+    def part(array: Array) -> Array:
+        return array if rows is None else array[rows]
+
+    if by == "file" and particles.colors is not None:
+        return part(particles.colors), Meaning(), tuple
+    if by == "element" and particles.elements is not None:
+        numbers = part(particles.elements)
+        there = _there(numbers, known)
+        return elements.COLORS[numbers], there, lambda: legends.of_elements(there.numbers)
+    if by == "type" and particles.types is not None:
+        types, names = part(particles.types), particles.type_names
+        there = _there(types, known)
+        return palette.of_types(types), there, lambda: legends.of_types(there.numbers, names)
+    if by == "one":
+        n = len(particles) if rows is None else len(rows)
+        return np.broadcast_to(np.array(STEEL_BLUE, np.uint8), (n, 3)), Meaning(), tuple
+    if isinstance(column, Text):
+        text = Text.of(column.kinds, part(column.which))
+        kinds = tuple(sorted({*text.kinds, *known.kinds}))
+        shades = palette.of_kinds(len(kinds))
+        places = np.array([kinds.index(kind) for kind in text.kinds], np.intp)
+        own = shades[places[text.which]] if len(text.which) else np.zeros((0, 3), np.uint8)
+        return own, Meaning(kinds=kinds), lambda: legends.of_kinds(kinds, shades)
+    if column is not None:
+        values = part(column)
+        limits = known.clim if clim is None or isinstance(clim, str) else clim
+        if limits is None and np.isfinite(values).any():
+            limits = palette.limits(values)
+        return palette.of_values(values, cmap, limits or (0.0, 1.0)), Meaning(clim=limits), tuple
+    return None, Meaning(), tuple
+
+
+def _there(numbers: Array, known: Meaning) -> Meaning:
+    """The numbers that there are beside those that are known to be."""
+    low, high = numbers.min(initial=0), numbers.max(initial=0)
+    few = low >= 0 and high < 1 << 16  # they are counted faster than sorted
+    found = np.flatnonzero(np.bincount(numbers)) if few else np.unique(numbers)
+    return Meaning(numbers=tuple(sorted({*found.tolist(), *known.numbers})))
+
+
+def _overridden(
+    particles: Particles,
+    rows: Array | None,
+    by: By,
+    column: Array | Text | None,
+    colors: Mapping[str, Any],
+    own: Array | None,
+    legend: Legend,
+    says: bool,
+) -> tuple[Array | None, Legend]:
+    """Colours and their legend, with those that some kinds are given."""
+    kinds = choose.kinds_of(particles)
+    of = by if by in ("element", "type") else choose.matching(colors, kinds) or ""
+    text = column if isinstance(column, Text) else kinds.get(of)
+    given = {str(key): colors_of.srgb("colors", one) for key, one in colors.items()}
+    if own is None:
+        n = len(particles) if rows is None else len(rows)
+        own = np.full((n, 3), 255, np.uint8)
+    found = own.astype(np.float64) / (255 if own.dtype.kind == "u" else 1)
+    for key, shade in given.items():
+        if text is not None and key in text.kinds:
+            which = text.which if rows is None else text.which[rows]
+            found[which == text.kinds.index(key)] = shade
+        elif says:
+            _say_absent("colors", key, kinds if text is None else {by: text})
+
+    def changed() -> tuple[LegendEntry, ...]:
+        return tuple(
+            LegendEntry(entry.name, tuple(colors_of.to_linear(given[entry.name]).tolist()))
+            if entry.name in given
+            else entry
+            for entry in legend()
+        )
+
+    return found, changed
+
+
+def _say_absent(key: str, name: str, kinds: Mapping[str, Text]) -> None:
+    there = [kind for text in kinds.values() for kind in text.kinds]
+    hint = did_you_mean(name, there)
+    _warn(f"{key}: no particle is called {name!r}, there are {some(there, 12)}{hint}")
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, ParticleWarning, stacklevel=4)

@@ -1,41 +1,61 @@
 """Compose: the scene that shows particles, as `clrt.plot` and `clrt render PARTICLES` draw them."""
 
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import msgspec
 import numpy as np
 
+from clrt.errors import SceneError
 from clrt.figure import framing, styles
-from clrt.figure.coloring import Colored, colored, decorated
+from clrt.figure.coloring import Colored, Meaning, colored, decorated
 from clrt.figure.framing import PROJECTIONS, Projection
 from clrt.film import color
 from clrt.film.decor import panel
 from clrt.film.decor.cell import corners_of
-from clrt.particles.particlefile import coloring
+from clrt.particles.particlefile import PLAIN, coloring
 from clrt.particles.particles import Particles
 from clrt.scene.film import Cell, Film
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
-from clrt.values import number, require, switches
+from clrt.values import Array, did_you_mean, number, require, switches
+
+COLORING = (
+    *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "cmap", "clim"),
+    "cell",
+)
+"""What a Look and a clrt.ParticleFile have alike."""
 
 
 class Look(msgspec.Struct, frozen=True, kw_only=True):
     """How particles are drawn. Colours are sRGB."""
 
-    radius: float | None = None
+    select: str | None = None
+    hide: str | None = None
+    wrap: bool = False
+    replicate: tuple[int, int, int] = (1, 1, 1)
+    radius: float | Mapping[str, float] | None = None
     scale: float = 1.0
     color: str | None = None
+    colors: str | Mapping[str, Any] | None = None
     cmap: str = "viridis"
-    clim: tuple[float, float] | None = None
-    """These five as of a clrt.ParticleFile."""
+    clim: tuple[float, float] | Literal["first", "all"] | None = None
+    """These as of a clrt.ParticleFile."""
     colorbar: str | None = None
-    """The label of a colour bar or legend; None: there is none."""
+    """The label of a colour bar or legend; "": there is none. None: there is a legend if text gives
+    the colours."""
     cell: bool = False
     """The edges of the particles' box are drawn."""
-    view: str | Sequence[float] = "iso"
-    """Where the camera stands: a name of clrt.figure.framing.VIEWS, or three numbers."""
+    view: str | Sequence[float] | None = None
+    """Where the camera stands: a name of clrt.figure.framing.VIEWS, or three numbers. None:
+    "corner", or "z" if all z are equal."""
+    up: str | Sequence[float] | None = None
+    """Likewise. None: +z, or +y if the camera looks along z."""
+    zoom: float = 1.0
+    """1 holds all."""
+    center: str | Sequence[float] | None = None
+    """What is in the middle; None: the middle of all."""
     projection: Projection = "orthographic"
     margin: float = 0.03
     """The part of the picture that stays free at each of its sides."""
@@ -43,7 +63,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     """A colour's name, #rgb or #rrggbb, or three numbers from 0 to 1."""
     transparent: bool = False
     transfer: Literal["linear", "srgb"] = "srgb"
-    style: str = "matte"
+    style: str = PLAIN
     samples: int = 16
     size: tuple[int, int] = (1920, 1080)
     """Pixels, columns and rows."""
@@ -55,8 +75,21 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         switches(self, "cell", "transparent")
         number(self, "margin", "a number from 0 to below 0.5", lambda part: 0 <= part < 0.5)
         good = self.projection in PROJECTIONS
-        require(good, "projection", " or ".join(PROJECTIONS), self.projection)
-        framing.direction(self.view)
+        near = did_you_mean(self.projection, PROJECTIONS)
+        got = f"{' or '.join(PROJECTIONS)}, got {self.projection!r}{near}"
+        if not good:
+            raise SceneError(f"projection: expected {got}")
+        number(self, "zoom", "a finite number above 0", lambda zoom: zoom > 0)
+        for key in ("view", "up"):
+            if (given := getattr(self, key)) is not None:
+                framing.direction(given, key)
+        if self.center is not None:
+            framing.point(self.center, "center")
+        if isinstance(self.colors, Mapping):
+            for one in self.colors.values():
+                color.srgb("colors", one)
+        elif self.colors is not None:
+            color.srgb("colors", self.colors)
         color.srgb("background", self.background)
         styles.style(self.style)
         try:
@@ -69,27 +102,35 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def coloring(self) -> dict[str, Any]:
         """As a clrt.ParticleFile says it, and coloring.colored() takes it."""
-        names = ("radius", "scale", "color", "cmap", "clim", "cell")
-        return {"material": self.style} | {name: getattr(self, name) for name in names}
+        return {"material": self.style} | {name: getattr(self, name) for name in COLORING}
 
 
-def scene(particles: Particles, look: Look) -> Scene:
+def scene(particles: Particles, look: Look, mask: Array | None = None) -> Scene:
     """The scene that shows particles.
+
+    mask: (n,) of bool: only these are there.
 
     Raises:
         RequestError: naming the key that is wrong, or that the particles do not have the values of.
     """
-    made = drawn(particles, look)
+    made = drawn(particles, look, mask=mask)
     return scene_of(made, look, [made.spheres], made.cell)
 
 
-def drawn(particles: Particles, look: Look) -> Colored:
+def drawn(
+    particles: Particles,
+    look: Look,
+    meaning: Meaning | None = None,
+    mask: Array | None = None,
+) -> Colored:
     """Particles as spheres.
+
+    meaning: of another frame.
 
     Raises:
         RequestError: as scene().
     """
-    return colored(particles, **look.coloring)
+    return colored(particles, **look.coloring, meaning=meaning, mask=mask)
 
 
 def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
@@ -104,24 +145,34 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
     """
     style = styles.style(look.style)
     ground = color.to_linear(color.srgb("background", look.background))
+    label = look.colorbar
+    if label is None:
+        label = made.title if made.by == "text" else ""
     film = Film(
         background=tuple(ground.tolist()),
         transparent=look.transparent,
         transfer=look.transfer,
         outline=style.outline,
-        colorbar=look.colorbar or "",
+        colorbar=label,
+        colorbar_room=label != "",
     )
     film = decorated(film, [made])
     room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
     corners = np.zeros((0, 3)) if box is None else corners_of(box)
+    view = look.view
+    if view is None:
+        view = "z" if framing.is_flat(made.spheres) else "corner"
     camera = framing.holding(
         parts,
         corners,
-        framing.direction(look.view),
+        framing.direction(view),
         look.size,
         look.projection,
         look.margin,
         min(room, (1 - 2 * look.margin) / 2),
+        None if look.up is None else framing.direction(look.up, "up"),
+        look.zoom,
+        None if look.center is None else framing.point(look.center, "center"),
     )
     extent = framing.extent(made.spheres, corners) if style.reach > 0 else 0.0
     return Scene(

@@ -1,14 +1,14 @@
 """Plot: particles to a picture, in one call."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from clrt.errors import RequestError
+from clrt.errors import RequestError, called
 from clrt.figure import compose
 from clrt.figure.compose import Look
 from clrt.figure.framing import Projection
@@ -17,6 +17,7 @@ from clrt.files import image
 from clrt.files.particles.reader import read
 from clrt.film.color import srgb
 from clrt.particles.particles import Particles
+from clrt.particles.texts import distinct
 from clrt.scene.scene import Scene
 from clrt.values import Array
 
@@ -59,22 +60,29 @@ class Picture:
 def plot(
     positions_or_particles: Any,
     *,
-    radii: ArrayLike | None = None,
-    colors: ArrayLike | None = None,
-    values: ArrayLike | None = None,
-    color: str | None = None,
+    select: str | None = None,
+    hide: str | None = None,
+    mask: ArrayLike | None = None,
+    radii: ArrayLike | Mapping[Any, float] | None = None,
     scale: float = 1.0,
+    color: str | None = None,
+    colors: ArrayLike | Mapping[Any, Any] | None = None,
+    values: ArrayLike | None = None,
     cmap: str = "viridis",
-    clim: tuple[float, float] | None = None,
+    clim: tuple[float, float] | Literal["first", "all"] | None = None,
     colorbar: str | None = None,
     cell: bool | ArrayLike | None = None,
-    mask: ArrayLike | None = None,
-    view: str | Sequence[float] = "iso",
+    wrap: bool = False,
+    replicate: Sequence[int] = (1, 1, 1),
+    view: str | Sequence[float] | None = None,
+    up: str | Sequence[float] | None = None,
+    zoom: float = 1.0,
+    center: Sequence[float] | None = None,
     projection: Projection = "orthographic",
     margin: float = 0.03,
     background: str | Sequence[float] = "white",
     transparent: bool = False,
-    style: str = "matte",
+    style: str = "soft",
     samples: int = 16,
     size: tuple[int, int] = (1920, 1080),
     renderer: Renderer | None = None,
@@ -85,24 +93,37 @@ def plot(
 
     Args:
         positions_or_particles: positions (n, 3), or whatever clrt.read() takes.
-        radii: (n,) or one for all, in the unit of the positions; default: the particles', or else
-            the van der Waals radii of their elements.
-        colors: (n, 3), or one for all.
-        values: (n,) numbers that give the colours.
-        color: what gives the colours if neither of these does: "file", "element", "type" or
-            "material", or the name of a column; default: the first of those four that there is.
-        scale: of all radii.
-        cmap: the colour map of values and columns, see clrt.palette.
-        clim: what the map's ends stand for; default: the least and the largest finite value.
-        colorbar: the label of a colour bar, or of a legend of elements or types; None: none.
-        cell: True draws the particles' box; (3, 3), a row for each edge, draws that one.
+        select: which particles there are: an expression over columns in Python's syntax, as
+            'x > 0 and chain == "A"' (docs/particles.md).
+        hide: which of them there are not, likewise.
         mask: (n,) of bool: only these are there.
-        view: where the camera stands: "iso", "x", "-x", "y", "-y", "z", "-z", or (dx, dy, dz). Up
-            is +z, or +y if the camera looks along z.
+        radii: in the unit of the positions: one for all, (n,), or by type, element or name, as
+            {"Na": 1.0}. Default, and for those that are not named: the particles', or else the van
+            der Waals radii of their elements, or else half the median distance between nearest
+            neighbours.
+        scale: of all radii.
+        color: what gives the colours: "file", "element", "type" or "material", or an expression
+            over columns. Default: the first of file, element and type that there is, or else steel
+            blue.
+        colors: (n, 3), n names, one for all, or by type, element, name, or text of the column that
+            gives the colours, as {"A": "red"}.
+        values: (n,) numbers that give the colours.
+        cmap: the colour map of numbers, see clrt.palette.
+        clim: what the map's ends stand for; default: the least and the largest finite value.
+        colorbar: the label of a colour bar, or of a legend of elements, types or text; "": none.
+            Default: none, but a legend where text gives the colours.
+        cell: True draws the particles' box; (3, 3), a row for each edge, draws that one.
+        wrap: particles are moved into their box.
+        replicate: how many images there are along each edge of their box.
+        view: where the camera stands: "corner", "iso", "x", "-x", "y", "-y", "z", "-z", or
+            (dx, dy, dz). Default: "corner", or "z" if all z are equal.
+        up: likewise; default: +z, or +y if the camera looks along z.
+        zoom: 1 holds all.
+        center: (x, y, z), what is in the middle; default: the middle of all.
         projection: "orthographic" or "perspective".
         margin: the part of the picture that stays free at each of its sides.
         transparent: alpha in place of the background.
-        style: "matte", "soft", "outline" or "mirror": docs/styles.md.
+        style: "soft", "matte", "outline" or "mirror": docs/styles.md.
         samples: the most that a pixel gets; 1 is the fastest.
         size: of the picture, columns and rows.
         renderer: default: one for the default device.
@@ -115,43 +136,64 @@ def plot(
     particles = read(positions_or_particles)
     if colors is not None and values is not None:
         raise RequestError("values: expected none beside colors")
-    if colors is not None:
+    by_kind = isinstance(radii, Mapping)
+    many = _many(colors)
+    if many is not None:
         color = "file"
     if values is not None:
         color = VALUES
-    particles = _changed(particles, radii, colors, values, cell)
-    if mask is not None:
-        particles = particles.where(mask)
-    look = Look(
-        scale=scale,
-        color=color,
-        cmap=cmap,
-        clim=clim,
-        colorbar=colorbar,
-        cell=cell is not None and cell is not False,
-        view=view,
-        projection=projection,
-        margin=margin,
-        background=background,
-        transparent=transparent,
-        style=style,
-        samples=samples,
-        size=size,
-    )
-    scene = compose.scene(particles, look)
+    particles = _changed(particles, None if by_kind else radii, many, values, cell)
+    with called({"radius": "radii"}):
+        look = Look(
+            select=select,
+            hide=hide,
+            wrap=wrap,
+            replicate=tuple(replicate),  # type: ignore[arg-type]
+            radius=radii if by_kind else None,  # type: ignore[arg-type]
+            scale=scale,
+            color=color,
+            colors=colors if many is None else None,  # type: ignore[arg-type]
+            cmap=cmap,
+            clim=clim,
+            colorbar=colorbar,
+            cell=cell is not None and cell is not False,
+            view=view,
+            up=up,
+            zoom=zoom,
+            center=center,
+            projection=projection,
+            margin=margin,
+            background=background,
+            transparent=transparent,
+            style=style,
+            samples=samples,
+            size=size,
+        )
+        chosen = None if mask is None else particles.checked_mask(mask)
+        scene = compose.scene(particles, look, chosen)
     with Renderer() if renderer is None else nullcontext(renderer) as used:
         return Picture(used.render(scene, *look.size, dtype=np.uint8), scene)
 
 
+def _many(colors: Any) -> Any:
+    """Colours of all particles one by one, (n, 3); None: they are not so given."""
+    if colors is None or isinstance(colors, str | Mapping):
+        return None
+    if np.ndim(colors) == 1 and all(isinstance(one, str) for one in colors):
+        text = distinct(np.asarray(colors))
+        return np.array([srgb("colors", kind) for kind in text.kinds]).reshape(-1, 3)[text.which]
+    return colors
+
+
 def _changed(
     particles: Particles,
-    radii: ArrayLike | None,
-    colors: ArrayLike | None,
+    radii: Any,
+    colors: Any,
     values: ArrayLike | None,
     cell: bool | ArrayLike | None,
 ) -> Particles:
     """The particles with what plot() was given in place of their own."""
-    if colors is not None and (isinstance(colors, str) or np.ndim(colors) == 1):
+    if colors is not None and np.ndim(colors) == 1:
         colors = np.broadcast_to(srgb("colors", colors), (len(particles), 3))
     more = {} if values is None else {VALUES: values}
     own_box = cell is not None and not isinstance(cell, bool)

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from clrt.errors import RequestError, SceneError
 from clrt.figure.styles import STYLES
-from clrt.particles.particlefile import MATTE, ParticleFile
+from clrt.particles.particlefile import ParticleFile
 from clrt.scene.film import Film
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
@@ -42,9 +42,9 @@ class Resolver:
             self._made = None  # the old goes before the new comes
             self._key, self._own, self._made = key, scene.spheres, _read(scene)
         spheres, film = self._made
-        materials = scene.materials
-        if any(one.material == MATTE for one in scene.particles):
-            materials = {MATTE: STYLES[MATTE].material} | materials
+        used = (one.material for one in scene.particles)
+        materials = {name: STYLES[name].material for name in used if name in STYLES}
+        materials |= scene.materials
         return replace(scene, spheres=spheres, particles=(), materials=materials, film=film)
 
 

@@ -13,7 +13,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.light import AmbientLight, DirectionalLight, LightKind
 from clrt.scene.material import Material
 from clrt.scene.scene import Scene
-from clrt.values import BLACK, Color, Vec3
+from clrt.values import BLACK, Color, Vec3, did_you_mean
 
 VERSION = 1
 
@@ -38,8 +38,8 @@ def _surface(ambient: float, diffuse: float, **more: float | Color) -> Material:
 
 
 STYLES = {
-    "matte": Style(_surface(0.3, 0.7)),
     "soft": Style(_surface(0.5, 0.5), half_angle=10.0, reach=0.25),
+    "matte": Style(_surface(0.3, 0.7)),
     "outline": Style(_surface(0.4, 0.6), outline=1.0),
     "mirror": Style(_surface(0.1, 0.7, specular=(1.0, 1.0, 1.0), shininess=100.0, reflection=0.5)),
 }
@@ -52,7 +52,8 @@ def style(name: str) -> Style:
         RequestError: there is none of this name.
     """
     if name not in STYLES:
-        raise RequestError(f"style: expected one of {', '.join(STYLES)}, got {name!r}")
+        expected = f"expected one of {', '.join(STYLES)}, got {name!r}{did_you_mean(name, STYLES)}"
+        raise RequestError(f"style: {expected}")
     return STYLES[name]
 
 

@@ -3,6 +3,8 @@
 import os
 import re
 import tomllib
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,12 +12,17 @@ import msgspec
 from msgspec.structs import replace
 
 from clrt import storage
-from clrt.errors import SceneError
+from clrt.errors import SceneError, SceneWarning
 from clrt.files.particles.suffix import is_particles, reads_it
+from clrt.particles.particlefile import ParticleFile
+from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
-from clrt.scene.light import LIGHT_KINDS
+from clrt.scene.film import Film
+from clrt.scene.light import LIGHT_KINDS, PointLight
 from clrt.scene.material import Material
 from clrt.scene.scene import Scene
+from clrt.scene.spheres import Sphere
+from clrt.values import did_you_mean
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
@@ -61,7 +68,10 @@ def load_scene(source: str | Path) -> Scene:
         reason = getattr(error, "strerror", None) or str(error)
         raise SceneError(f"{name}: cannot be read: {reason}") from None
     try:
-        return _placed(parse_scene(text.decode("utf-8-sig")), path.parent)
+        scene = parse_scene(text.decode("utf-8-sig"))
+        for doubt in doubts(scene):
+            warnings.warn(f"{name}: {doubt}", SceneWarning, stacklevel=2)
+        return _placed(scene, path.parent)
     except UnicodeDecodeError:
         said = "expected UTF-8 text" if path.suffix == ".toml" else reads_it(path)
         raise SceneError(f"{name}: {said}") from None
@@ -70,6 +80,20 @@ def load_scene(source: str | Path) -> Scene:
         raise SceneError(f"{name}: {said}") from None
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
+
+
+def doubts(scene: Scene) -> Iterator[str]:
+    """What a scene can say but hardly means."""
+    for name, material in scene.materials.items():
+        for key in ("ambient", "diffuse", "specular"):
+            if max(getattr(material, key)) > 1:
+                found = list(getattr(material, key))
+                yield f"materials.{name}.{key}: {found} is over 1: colours are from 0 to 1"
+    if max(scene.film.background) > 1:
+        found = list(scene.film.background)
+        yield f"film.background: {found} is over 1: colours are from 0 to 1"
+    if not scene.lights and (len(scene.spheres) or len(scene.particles)):
+        yield "there are no [[lights]]: all that is there is black"
 
 
 def as_scene(source: Scene | str | Path) -> Scene:
@@ -174,8 +198,37 @@ def _located(message: str, path: str) -> str:
         r"Object (contains unknown|missing required) field `(.*)`", message, re.DOTALL
     ):
         path += "." + (found[2] or '""')
-        message = "unknown key" if found[1] == "contains unknown" else "expected a value, got none"
+        is_unknown = found[1] == "contains unknown"
+        message = f"unknown key{_hint(path)}" if is_unknown else "expected a value, got none"
     elif found := re.match(r"([\w.\[\]]+): (expected .*)", message):  # one of scene.py's own
         path += f".{found[1]}"
         message = found[2]
     return f"{path.lstrip('.')}: {message[0].lower()}{message[1:]}"
+
+
+TABLES: tuple[tuple[str, str, type[msgspec.Struct]], ...] = (
+    ("", "at the top, before the first [table]", Scene),
+    ("camera", "in [camera]", Camera),
+    ("film", "in [film]", Film),
+    ("materials", "in [materials.NAME]", Material),
+    ("lights", "in [[lights]]", PointLight),
+    ("spheres", "in [[spheres]]", Sphere),
+    ("particles", "in [[particles]]", ParticleFile),
+    ("animation", "in [animation]", Animation),
+)
+"""What the path of each begins with, and where its keys stand."""
+
+
+def _hint(path: str) -> str:
+    """Where an unknown key belongs, or which one is meant: after a table's header every key is one
+    of that table."""
+    first, key = re.split(r"[.\[]", path.lstrip("."))[0], path.rpartition(".")[2]
+    if "." not in path.lstrip("."):
+        first = ""
+    own = [name for start, _, kind in TABLES if start == first for name in kind.__struct_fields__]
+    if near := did_you_mean(key, own):
+        return near
+    homes = [
+        place for start, place, kind in TABLES if key in kind.__struct_fields__ and start != first
+    ]
+    return f": it belongs {' or '.join(homes)}" if homes else ""

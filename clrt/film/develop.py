@@ -88,6 +88,8 @@ class Marks(NamedTuple):
     """(n,), row times the picture's width plus column, ascending."""
     color: Array
     """(n, 4) float32, premultiplied."""
+    hides: bool = False
+    """Nothing of the picture is left under it."""
 
 
 def develop(
@@ -236,7 +238,7 @@ def marked(picture: Array, first: int, marks: Marks) -> Array:
     found = picture.copy()
     pixels, over = found.reshape(-1, 4), marks.color[start:end]
     at = marks.pixel[start:end] - first
-    pixels[at] = pixels[at] * (1 - over[:, 3:]) + over
+    pixels[at] = over if marks.hides else pixels[at] * (1 - over[:, 3:]) + over
     return found
 
 

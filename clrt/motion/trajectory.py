@@ -1,14 +1,16 @@
 """Trajectory: a file of particles as scenes, one a frame."""
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from msgspec.structs import replace
 
-from clrt.errors import RequestError, named
+from clrt.errors import ClrtError, RequestError, named
 from clrt.figure import compose, sources
-from clrt.figure.coloring import Colored, box_of, decorated
+from clrt.figure.coloring import Colored, Meaning, decorated, together
 from clrt.figure.compose import Look
 from clrt.files.particles.reader import Reader, Source
 from clrt.motion.animation import checked
@@ -16,11 +18,17 @@ from clrt.particles.particles import Particles
 from clrt.pipeline import in_order
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
+from clrt.values import Array
+
+LOOKED_AT = 10
+"""Frames that say what colours mean."""
+NONE = Spheres(np.zeros((0, 3)), 1.0, "")
 
 
 class Flow:
     """The frames of a file of particles, all of them seen as the first one: by its camera, which
-    holds its box and its particles, with the range of its colours and its legend.
+    holds its particles and, unless only some are selected, its box. Colours mean the same in all:
+    their range and their legend are those of ten frames (`clim`: of the first, or of all).
 
     Args:
         source: a file's name, or several of a frame each, as clrt.read() takes them.
@@ -44,16 +52,26 @@ class Flow:
             self.path = path = Path(reader.name)
             self.frames = range(reader.count())
             """The numbers of its frames."""
-            first = self._particles(reader, 0)
-        made = self._drawn(first)
-        # Colours mean in all frames what they mean in the first.
-        column = look.color if made.by == "column" else made.by
-        self.look = replace(look, color=column, clim=look.clim or made.clim)
-        """What was given, with the colours of the first frame."""
-        parts = self._every() if view_all else [made.spheres]
-        box = None if first.cell is None else box_of(first)
+            first = self._drawn(self._particles(reader, 0))
+            seen = [first, *self._looked_at(reader, first)]
+        self._meaning = together([one.meaning for one in seen])
+        # What gives the colours is in all frames what it is in the first.
+        self.look = replace(
+            look, color=look.color or (None if first.by == "one" else first.title)
+        )  # fmt: skip
+        if first.by == "column" and not isinstance(look.clim, tuple):
+            self.look = replace(self.look, clim=self._meaning.clim or (0.0, 1.0))
+        if look.radius is None and self._meaning.spare is not None:
+            self.look = replace(self.look, radius=self._meaning.spare)
+        """What was given, with what colours mean, and the radius that the first frame gives."""
+        if len(seen) > 1:
+            with self._opened() as reader:
+                first = self._drawn(self._particles(reader, 0), self._meaning)
+        parts = self._every() if view_all else [first.spheres]
+        some = look.select is not None or look.hide is not None
         with named(path):
-            self._first = compose.scene_of(made, look, parts, box)
+            box = first.cell if some else first.box
+            self._first = compose.scene_of(first, self.look, parts, box)
         self._film = replace(self._first.film, cells=())
         self.said = sources.in_file(self._first, Path(path.name), 0, self.look)
         """The scene of the first frame, whose particles stay in their file."""
@@ -87,14 +105,30 @@ class Flow:
         return checked(frames, self.frames)
 
     def _scene(self, reader: Reader, frame: int) -> Scene:
-        made = self._drawn(self._particles(reader, frame))
+        made = self._drawn(self._particles(reader, frame), self._meaning)
         return replace(self._first, spheres=made.spheres, film=decorated(self._film, [made]))
 
     def _every(self) -> Iterator[Spheres]:
         """The spheres of each frame."""
         with self._opened() as reader:
             for frame in self.frames:
-                yield self._drawn(self._particles(reader, frame)).spheres
+                yield self._drawn(self._particles(reader, frame), self._meaning).spheres
+
+    def _looked_at(self, reader: Reader, first: Colored) -> Iterator[Colored]:
+        """The frames beside the first that say what colours mean."""
+        clim, last = self.look.clim, len(self.frames) - 1
+        if first.by not in ("column", "element", "type", "text") or clim == "first":
+            return
+        if first.by == "column" and isinstance(clim, tuple):
+            return
+        numbers: Iterable[int] = self.frames[1:]
+        if clim != "all":
+            numbers = sorted({round(k * last / (LOOKED_AT - 1)) for k in range(LOOKED_AT)} - {0})
+        for frame in numbers:
+            alone = Meaning(spare=first.meaning.spare)
+            with suppress(ClrtError):  # it is told when the frame is rendered
+                made = self._drawn(self._particles(reader, frame), alone)
+                yield made._replace(spheres=NONE, rows=None)
 
     def _particles(self, reader: Reader, frame: int) -> Particles:
         found = reader.frame(frame)
@@ -102,6 +136,15 @@ class Flow:
             raise RequestError(f"{self.path}: expected {len(self.frames)} frames, got {frame}")
         return found
 
-    def _drawn(self, particles: Particles) -> Colored:
+    def rows(self, frame: int) -> Array | None:
+        """Which of a frame's particles each sphere is; None: the spheres are the particles.
+
+        Raises:
+            as Flow().
+        """
+        with self._opened() as reader:
+            return self._drawn(self._particles(reader, frame), self._meaning).rows
+
+    def _drawn(self, particles: Particles, meaning: Meaning | None = None) -> Colored:
         with named(self.path):
-            return compose.drawn(particles, self.look)
+            return compose.drawn(particles, self.look, meaning)

@@ -35,9 +35,26 @@ OKABE_ITO = np.array(
 (2002), https://jfly.uni-koeln.de/color."""
 
 
+GOLDEN_ANGLE = (3 - 5**0.5) / 2
+"""In turns: of so many as there are none is near another."""
+
+
 def of_types(types: Array) -> Array:
     """(n, 3) uint8, sRGB, of types (n,), by the palette, over and over."""
     found: Array = OKABE_ITO[types % len(OKABE_ITO)]
+    return found
+
+
+def of_kinds(n: int) -> Array:
+    """(n, 3) uint8, sRGB, all different: the palette, and then hues a golden angle apart, in three
+    shades."""
+    import colorsys
+
+    found = np.empty((n, 3), np.uint8)
+    found[: len(OKABE_ITO)] = OKABE_ITO[:n]
+    for k in range(len(OKABE_ITO), n):
+        hue, shade = k * GOLDEN_ANGLE % 1, (0.9, 0.65, 0.8)[k % 3]
+        found[k] = np.rint(255 * np.array(colorsys.hsv_to_rgb(hue, (0.75, 0.6, 0.4)[k % 3], shade)))
     return found
 
 

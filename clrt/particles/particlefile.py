@@ -1,17 +1,22 @@
 """What a scene says of a file of particles: where it is, and how its particles are drawn."""
 
-from typing import Any
+import math
+import operator
+from collections.abc import Mapping
+from typing import Any, Literal
 
 import msgspec
+import numpy as np
 from msgspec.structs import force_setattr
 
 from clrt.errors import RequestError, SceneError
 from clrt.particles import palette
 from clrt.values import count, number, require, switches
 
-MATTE = "matte"
-"""The material of particles, if they are given no other: a scene that has none gets that of
-clrt.figure.styles."""
+STYLE_NAMES = ("soft", "matte", "outline", "mirror")
+"""Materials that a scene need not have: it gets those of clrt.figure.styles."""
+PLAIN = STYLE_NAMES[0]
+"""The material of particles, if they are given no other."""
 
 
 class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -20,18 +25,31 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     file: str
     """In a scene file relative to its folder."""
     frame: int = 0
-    material: str = MATTE
-    radius: float | None = None
-    """Of all, world units. None: the file's, or else the elements' van der Waals radii."""
+    material: str = PLAIN
+    select: str | None = None
+    hide: str | None = None
+    """Expressions over columns (clrt.particles.expression): which particles there are, and which of
+    them there are not. None: all."""
+    wrap: bool = False
+    """Particles are moved into their box."""
+    replicate: tuple[int, int, int] = (1, 1, 1)
+    """How many images there are along each edge of their box."""
+    radius: float | dict[str, float] | None = None
+    """Of all, world units, or of types, elements and names. None, and for those of which nothing
+    is said: the file's, or else the elements' van der Waals radii, or else half the median distance
+    between nearest neighbours."""
     scale: float = 1.0
     """Of all radii."""
     color: str | None = None
-    """ "file", "element", "type" or "material", or a column's name. None: the first of those four
-    that there is."""
+    """ "file", "element", "type" or "material", or an expression over columns. None: the first of
+    those four that there is; but where the material is a style's, steel blue for "material"."""
+    colors: str | dict[str, str | tuple[float, float, float]] | None = None
+    """sRGB, of all, or of types, elements, names, or texts of the column that gives the colours."""
     cmap: str = "viridis"
     """The colour map of a column."""
-    clim: tuple[float, float] | None = None
-    """What the map's ends stand for. None: the least and the largest finite value."""
+    clim: tuple[float, float] | Literal["first", "all"] | None = None
+    """What the map's ends stand for. None: the least and the largest finite value; of a trajectory
+    those of ten frames, of the "first", or of "all"."""
     cell: bool = False
     """The edges of the file's box are drawn."""
 
@@ -43,18 +61,45 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         switches(self, "cell")
 
 
+MOST_IMAGES = 10**6
+
+
+def _key(key: Any) -> str:
+    """A type's number, an element's symbol or a name, as text."""
+    return str(key)
+
+
 def coloring(struct: Any) -> None:
-    """Checks how particles are drawn: radius, scale, color, cmap and clim."""
-    if struct.radius is not None:
+    """Checks which particles are drawn and how: what a ParticleFile and a Look have alike."""
+    for key in ("select", "hide"):
+        text = getattr(struct, key)
+        require(text is None or isinstance(text, str), key, "an expression", text)
+    switches(struct, "wrap")
+    try:
+        counts = tuple(operator.index(one) for one in struct.replicate)
+        good = len(counts) == 3 and min(counts) >= 1 and math.prod(counts) <= MOST_IMAGES
+    except TypeError:
+        counts, good = (), False
+    require(good, "replicate", "three whole numbers from 1", struct.replicate)
+    force_setattr(struct, "replicate", counts)
+    if isinstance(struct.radius, Mapping):
+        radii = {_key(key): one for key, one in struct.radius.items()}
+        for key, one in radii.items():
+            fine = isinstance(one, int | float | np.number) and bool(0 < one < math.inf)
+            require(fine, f"radius[{key}]", "a finite number above 0", one)
+        force_setattr(struct, "radius", {key: float(one) for key, one in radii.items()})
+    elif struct.radius is not None:
         number(struct, "radius", "a finite number above 0", lambda radius: radius > 0)
+    if isinstance(struct.colors, Mapping):
+        force_setattr(struct, "colors", {_key(key): one for key, one in struct.colors.items()})
     number(struct, "scale", "a finite number above 0", lambda scale: scale > 0)
     good = struct.color is None or (isinstance(struct.color, str) and struct.color != "")
-    expected = "'file', 'element', 'type', 'material' or a column's name"
+    expected = "'file', 'element', 'type', 'material' or an expression over columns"
     require(good, "color", expected, struct.color)
     require(isinstance(struct.cmap, str), "cmap", "a colour map's name", struct.cmap)
     try:
         palette.colormap(struct.cmap)
-        if struct.clim is not None:
+        if struct.clim not in (None, "first", "all"):
             force_setattr(struct, "clim", palette.check_limits(struct.clim))
     except RequestError as error:
         raise SceneError(str(error)) from None

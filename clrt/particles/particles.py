@@ -119,9 +119,7 @@ class Particles:
         Raises:
             SceneError: it is no such mask.
         """
-        kept = np.asarray(mask)
-        good = kept.dtype == bool and kept.shape == (len(self),)
-        require(good, "mask", f"{len(self)} times True or False", mask)
+        kept = self.checked_mask(mask)
 
         def part(array: Array | None) -> Array | None:
             return None if array is None else frozen(array[kept])
@@ -136,6 +134,17 @@ class Particles:
             texts={name: frozen(column[kept]) for name, column in self.texts.items()},
             bonds=None if self.bonds is None else bonds_among(self.bonds, kept),
         )
+
+    def checked_mask(self, mask: ArrayLike) -> Array:
+        """(n,) bool.
+
+        Raises:
+            SceneError: it is no such mask.
+        """
+        kept = np.asarray(mask)
+        good = kept.dtype == bool and kept.shape == (len(self),)
+        require(good, "mask", f"{len(self)} times True or False", mask)
+        return kept
 
     def replaced(self, **changes: Any) -> "Particles":
         """The same with other arrays, by the names of Particles()'s arguments.

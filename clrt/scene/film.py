@@ -83,6 +83,8 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The bar's colour map, by its name in clrt.palette; None: "viridis"."""
     colorbar_clim: tuple[float, float] | None = None
     """What the bar's ends stand for."""
+    colorbar_room: bool = False
+    """Nothing else is drawn where the bar or the legend is."""
     legend: Sequence[LegendEntry] = ()
     """What is drawn instead of the bar."""
     cells: Sequence[Cell] = ()
@@ -90,7 +92,7 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         vectors(self, "background", "outline_color")
-        switches(self, "transparent", "denoise")
+        switches(self, "transparent", "denoise", "colorbar_room")
         good = self.transfer in ("linear", "srgb")
         require(good, "transfer", "'linear' or 'srgb'", self.transfer)
         expected = f"a number from 0 to {OUTLINE:g}"

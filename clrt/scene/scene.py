@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 from msgspec.structs import force_setattr
 
-from clrt.particles.particlefile import MATTE, ParticleFile
+from clrt.particles.particlefile import STYLE_NAMES, ParticleFile
 from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
 from clrt.scene.film import Film
@@ -85,7 +85,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             wrong = [(i, name) for i, name in enumerate(names) if name not in self.materials]
             where = f"spheres[{wrong[0][0]}].material" if wrong else ""
         if not wrong:
-            known = {*self.materials, MATTE}
+            known = {*self.materials, *STYLE_NAMES}
             wrong = [
                 (i, p.material) for i, p in enumerate(self.particles) if p.material not in known
             ]

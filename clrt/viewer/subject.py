@@ -15,9 +15,11 @@ from clrt.files.particles.reader import read
 from clrt.files.scenefile import as_scene
 from clrt.motion.animation import Way, all_frames
 from clrt.motion.trajectory import Flow
+from clrt.particles.particlefile import PLAIN
 from clrt.particles.particles import Particles
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
+from clrt.values import Array
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
@@ -105,14 +107,19 @@ def of_file(
     own = words if format is None else (*words, "--format", format)
 
     @lru_cache(1)
-    def particles(frame: int) -> Particles:
-        return read(path, frame, format)
+    def known(frame: int) -> tuple[Particles, Array | None]:
+        return read(path, frame, format), flow.rows(frame)
 
     def values(frame: int, index: int) -> dict[str, Any]:
-        return _values(particles(frame), index)
+        particles, rows = known(frame)
+        return _values(particles, index if rows is None else int(rows[index]))
 
     return Subject(
-        (str(path), *own, *_options(drawn | {"clim": flow.look.clim})),
+        (
+            str(path),
+            *own,
+            *_options(drawn | {"clim": flow.look.clim, "radius": flow.look.radius}),
+        ),
         lru_cache(2)(flow.scene),
         len(flow.frames),
         is_trajectory=True,
@@ -124,7 +131,7 @@ def of_file(
     )
 
 
-def of_particles(particles: Particles, style: str = "matte") -> Subject:
+def of_particles(particles: Particles, style: str = PLAIN) -> Subject:
     """Particles that are no file.
 
     Raises:
@@ -147,7 +154,8 @@ def of_figure(scene: Scene) -> Subject:
 
 
 def _values(particles: Particles, index: int) -> dict[str, Any]:
-    return {name: column[index].item() for name, column in particles.values.items()}
+    columns = {**particles.values, **particles.texts}
+    return {name: column[index].item() for name, column in columns.items()}
 
 
 def _options(given: dict[str, Any]) -> Iterator[str]:
@@ -155,5 +163,7 @@ def _options(given: dict[str, Any]) -> Iterator[str]:
     for name, value in given.items():
         if value is not None and value is not False:
             yield f"--{name.replace('_', '-')}"
-            if value is not True:
+            if isinstance(value, dict):
+                yield ",".join(f"{key}={one}" for key, one in value.items())
+            elif value is not True:
                 yield from map(str, value if isinstance(value, tuple) else [value])

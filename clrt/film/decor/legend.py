@@ -4,6 +4,8 @@ A scene file has no need of it where particles are coloured by element or type: 
 asks here, and puts it into the scene's film.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from clrt.film import color
@@ -12,25 +14,33 @@ from clrt.scene.film import LegendEntry
 from clrt.values import Array
 
 
-def of_elements(numbers: Array) -> tuple[LegendEntry, ...]:
-    """One for each element that there is, lightest first.
+def of_elements(numbers: Sequence[int]) -> tuple[LegendEntry, ...]:
+    """One for each.
 
-    numbers: (n,) atomic numbers.
+    numbers: atomic ones.
     """
-    there = np.flatnonzero(np.bincount(numbers, minlength=1))
-    return _entries([elements.SYMBOLS[k] for k in there], elements.COLORS[there])
+    return _entries([elements.SYMBOLS[k] for k in numbers], elements.COLORS[list(numbers)])
 
 
-def of_types(types: Array, names: tuple[str, ...] | None = None) -> tuple[LegendEntry, ...]:
-    """One for each type that there is, in order.
+def of_types(types: Sequence[int], names: tuple[str, ...] | None = None) -> tuple[LegendEntry, ...]:
+    """One for each.
 
-    Args:
-        types: (n,) whole numbers.
-        names: that of type t is names[t]; None: types are but numbers.
+    names: that of type t is names[t]; None: types are but numbers.
     """
-    there = np.unique(types)
-    called = [str(t) if names is None else names[t] for t in there]
-    return _entries(called, palette.of_types(there))
+    called = [str(t) if names is None else _line(names[t]) for t in types]
+    return _entries(called, palette.of_types(np.array(types, np.int64)))
+
+
+def of_kinds(kinds: Sequence[str], srgb: Array) -> tuple[LegendEntry, ...]:
+    """One for each text.
+
+    srgb: (kinds, 3).
+    """
+    return _entries([_line(kind) for kind in kinds], srgb)
+
+
+def _line(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text) or "(none)"
 
 
 def _entries(names: list[str], srgb: Array) -> tuple[LegendEntry, ...]:

@@ -55,9 +55,9 @@ def marks(
     painted = _painted(look, width, height, ink, ground)
     start = width - painted.shape[1]  # where the panel begins
     cut = painted[top:bottom, max(left - start, 0) : max(right - start, 0)]
-    row, column = np.nonzero(cut[..., 3])
+    row, column = np.nonzero(np.ones(cut.shape[:2]) if look.colorbar_room else cut[..., 3])
     pixel = row * (right - left) + column + max(start - left, 0)
-    return Marks(pixel, cut[row, column])
+    return Marks(pixel, cut[row, column], look.colorbar_room)
 
 
 def room(look: Film, size: tuple[int, int]) -> int:
