@@ -41,16 +41,11 @@ static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *en
     return hidden;
 }
 
-// TREE: the spheres of lanes, centre and radius: lane i's are [i], [LANES + i] and so on.
-static void gather_beads(__private reals *own, ints spheres, __global const Bead *beads) {
-    __private const INTEGER *sphere = EACH_INT(spheres);
+// TREE: puts a lane's sphere into four vectors: its centre and radius.
+static void put_bead(__private reals *own, int lane, __global const Bead *bead) {
     __private real *each = (__private real *)own;
-    for (int i = 0; i < LANES; i++) {
-        if (sphere[i] < 0) continue;
-        __global const Bead *bead = beads + sphere[i];
-        each[i] = bead->center[0], each[LANES + i] = bead->center[1];
-        each[2 * LANES + i] = bead->center[2], each[3 * LANES + i] = bead->radius;
-    }
+    each[lane] = bead->center[0], each[LANES + lane] = bead->center[1];
+    each[2 * LANES + lane] = bead->center[2], each[3 * LANES + lane] = bead->radius;
 }
 
 // NEST and TREE: the far side of one sphere of each lane, index + 1, if it comes before `hit`.
@@ -58,7 +53,8 @@ static Hit far_side_of_bead(Hit hit, Ray ray, ints number, __global const Bead *
     if (!ANY(number > 0)) return hit;
     ints sphere = number - 1;
     __private reals own[4] = {0, 0, 0, NAN};
-    gather_beads(own, sphere, beads);
+    for (int lane = 0; lane < LANES; lane++)
+        if (EACH_INT(sphere)[lane] >= 0) put_bead(own, lane, beads + EACH_INT(sphere)[lane]);
     QUADRATIC(reals, ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
               ray.direction.z, own[0], own[1], own[2], own[3])
     Quadratic q = {b, c, delta};
@@ -81,54 +77,49 @@ static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
     return hit;
 }
 
-// TREE: the materials of lanes' spheres. Returns their indices, -1 where a lane has no sphere.
-static ints gather_materials(Surface *surface, ints hit, __global const int *materials_of,
-                             __global const Material *materials, __global const Glass *glass) {
-    __private ints found[1] = {-1}, orders[1] = {0};
-    __private reals exponents[1] = {0}, reflections[1] = {0};
-    __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
-    __private reals spreads[1] = {0}, diffuses[3] = {0, 0, 0};
-    __private const INTEGER *sphere = EACH_INT(hit);
-    for (int i = 0; i < LANES; i++) {
-        if (sphere[i] < 0) continue;
-        int index = materials_of[sphere[i]];
-        __global const Material *material = materials + index;
-        EACH_INT(found)[i] = index;
-        EACH_REAL(exponents)[i] = material->exponent;
-        EACH_REAL(reflections)[i] = material->reflection;
-        if (NEST) {
-            EACH_REAL(transmissions)[i] = material->transmission;
-            EACH_REAL(iors)[i] = material->ior;
-            EACH_REAL(fresnels)[i] = material->fresnel;
-            EACH_INT(orders)[i] = glass[sphere[i]].order;
-        }
-        if (GLOSS) EACH_REAL(spreads)[i] = material->spread;
-        for (int a = 0; INDIRECT && a < 3; a++)
-            EACH_REAL(diffuses)[a * LANES + i] = material->diffuse[a];
-    }
-    surface->exponent = exponents[0];
-    surface->reflection = reflections[0];
-    surface->transmission = transmissions[0];
-    surface->ior = iors[0];
-    surface->fresnel = fresnels[0];
-    surface->order = orders[0];
-    surface->spread = spreads[0];
-    surface->diffuse = vector(diffuses[0], diffuses[1], diffuses[2]);
-    return found[0];
-}
-
-// TREE: the surfaces that the packet's lanes have hit, each a bead of its own. material: their indices.
+// TREE: the surfaces that the packet's lanes have hit, each a bead of its own. material: their indices,
+// -1 where a lane has hit none.
 static Surface surface_of_beads(Vector point, ints hit, __global const Bead *beads,
                                 __global const int *materials_of,
                                 __global const Material *materials, __global const Glass *glass,
                                 real shadow_bias, ints *material) {
-    __private reals own[4] = {0, 0, 0, 1};
-    gather_beads(own, hit, beads);
+    __private const INTEGER *sphere = EACH_INT(hit);
+    __private reals own[4] = {0, 0, 0, 1}, exponents[1] = {0}, reflections[1] = {0};
+    __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
+    __private reals spreads[1] = {0}, diffuses[3] = {0, 0, 0};
+    __private ints indices[1] = {-1}, orders[1] = {0};
+    for (int i = 0; i < LANES; i++) {
+        if (sphere[i] < 0) continue;
+        put_bead(own, i, beads + sphere[i]);
+        int index = materials_of[sphere[i]];
+        __global const Material *its = materials + index;
+        EACH_INT(indices)[i] = index;
+        EACH_REAL(exponents)[i] = its->exponent;
+        EACH_REAL(reflections)[i] = its->reflection;
+        if (NEST) {
+            EACH_REAL(transmissions)[i] = its->transmission;
+            EACH_REAL(iors)[i] = its->ior;
+            EACH_REAL(fresnels)[i] = its->fresnel;
+            EACH_INT(orders)[i] = glass[sphere[i]].order;
+        }
+        if (GLOSS) EACH_REAL(spreads)[i] = its->spread;
+        for (int a = 0; INDIRECT && a < 3; a++)
+            EACH_REAL(diffuses)[a * LANES + i] = its->diffuse[a];
+    }
+    *material = indices[0];
     reals radius = own[3];
     Vector normal = minus(point, vector(own[0], own[1], own[2]));
-    Surface surface = {scaled(normal, 1 / radius), 0};
-    *material = gather_materials(&surface, hit, materials_of, materials, glass);
-    // As clrt/pack.py works it out for a Sphere.
+    Surface surface = {scaled(normal, 1 / radius),
+                       0,
+                       exponents[0],
+                       reflections[0],
+                       transmissions[0],
+                       iors[0],
+                       fresnels[0],
+                       orders[0],
+                       spreads[0]};
+    surface.diffuse = vector(diffuses[0], diffuses[1], diffuses[2]);
+    // As clrt/renderer/pack works it out for a Sphere.
     if (shadow_bias > 0)
         surface.horizon = -sqrt(shadow_bias * (2 * radius + shadow_bias)) / (radius + shadow_bias);
     return surface;
