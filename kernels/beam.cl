@@ -60,40 +60,40 @@ static Beam beam_of(Vector o, Vector d, ints on, real slack, bool common) {
 }
 
 // TREE: how far along the beam's axis the rays that are on have come at distance t.
-static real beam_end(Beam beam, Vector o, Vector d, reals t, ints on, real slack) {
-    return MOST(on, (axis_of(o, beam.m) + t * axis_of(d, beam.m)) * beam.sign) + 2 * slack;
+static real beam_end(const Beam *beam, Vector o, Vector d, reals t, ints on, real slack) {
+    return MOST(on, (axis_of(o, beam->m) + t * axis_of(d, beam->m)) * beam->sign) + 2 * slack;
 }
 
 // TREE: the boxes of a node that the beam meets before `end`, as bits, and where along it they begin.
-static uint boxes_in_beam(Beam beam, __global const Node *node, real end, wides *begins) {
+static uint boxes_in_beam(const Beam *beam, __global const Node *node, real end, wides *begins) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
     wide_ints in = -1;
     for (int k = 0; k < 2; k++) {
-        int a = beam.a[k];
-        real lq = beam.low_q[k], hq = beam.high_q[k];
-        in &= hi[a] - lq * (lq > 0 ? lo : hi)[beam.m] >= beam.low_c[k];
-        in &= lo[a] - hq * (hq > 0 ? hi : lo)[beam.m] <= beam.high_c[k];
+        int a = beam->a[k];
+        real lq = beam->low_q[k], hq = beam->high_q[k];
+        in &= hi[a] - lq * (lq > 0 ? lo : hi)[beam->m] >= beam->low_c[k];
+        in &= lo[a] - hq * (hq > 0 ? hi : lo)[beam->m] <= beam->high_c[k];
     }
-    wides from = (beam.sign > 0 ? lo : hi)[beam.m] * beam.sign;
-    wides to = (beam.sign > 0 ? hi : lo)[beam.m] * beam.sign;
+    wides from = (beam->sign > 0 ? lo : hi)[beam->m] * beam->sign;
+    wides to = (beam->sign > 0 ? hi : lo)[beam->m] * beam->sign;
     *begins = from;
-    return wide_bits(in & (to >= beam.behind) & (from <= end));
+    return wide_bits(in & (to >= beam->behind) & (from <= end));
 }
 
 // TREE: the spheres of a leaf that the beam meets before `end`, as bits.
-static uint spheres_in_beam(Beam beam, __global const Leaf *leaf, real end) {
+static uint spheres_in_beam(const Beam *beam, __global const Leaf *leaf, real end) {
     __global const wides *center = (__global const wides *)leaf->center;
-    wides radius = *(__global const wides *)leaf->radius, along_m = center[beam.m];
+    wides radius = *(__global const wides *)leaf->radius, along_m = center[beam->m];
     wide_ints in = -1;
     for (int k = 0; k < 2; k++) {
-        wides across = center[beam.a[k]];
-        real lq = beam.low_q[k], hq = beam.high_q[k];
-        in &= across - lq * along_m + radius * sqrt(1 + lq * lq) >= beam.low_c[k];
-        in &= across - hq * along_m - radius * sqrt(1 + hq * hq) <= beam.high_c[k];
+        wides across = center[beam->a[k]];
+        real lq = beam->low_q[k], hq = beam->high_q[k];
+        in &= across - lq * along_m + radius * sqrt(1 + lq * lq) >= beam->low_c[k];
+        in &= across - hq * along_m - radius * sqrt(1 + hq * hq) <= beam->high_c[k];
     }
-    along_m *= beam.sign;
-    return wide_bits(in & (along_m + radius >= beam.behind) & (along_m - radius <= end));
+    along_m *= beam->sign;
+    return wide_bits(in & (along_m + radius >= beam->behind) & (along_m - radius <= end));
 }
 
 // QUADRATIC for a packet and sphere k of a leaf.
@@ -124,22 +124,22 @@ static bool nearest_in_beam(const Tree *tree, Hit *found, Ray ray, ints on, bool
     Hit hit = *found;
     int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
     real starts[STACK];
-    real end = beam_end(beam, ray.origin, ray.direction, hit.distance, on, slack);
+    real end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
     while (e >= 0 && left > 0) {
         if (e < tree->shape.node_count) {
             wides begins;
             left--;
-            uint bits = boxes_in_beam(beam, tree->nodes + e, end, &begins);
+            uint bits = boxes_in_beam(&beam, tree->nodes + e, end, &begins);
             if (bits) {
-                e = descend(tree->shape, e, bits, begins, stack, starts, &top);
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
             }
         } else {
             __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
-            uint bits = spheres_in_beam(beam, leaf, end);
+            uint bits = spheres_in_beam(&beam, leaf, end);
             left -= popcount(bits);
             if (nearer_in_leaf(leaf, bits, &hit, ray, on))
-                end = beam_end(beam, ray.origin, ray.direction, hit.distance, on, slack);
+                end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
         }
         e = next_of(stack, starts, &top, end);
     }
@@ -155,7 +155,8 @@ static Hit nearest_in_tree(const Tree *tree, Hit hit, Ray ray, ints on, bool com
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(on); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);
-        nearest_single(tree, single_of(&rays, i), EACH_REAL(distances) + i, EACH_INT(spheres) + i);
+        Single single = single_of(&rays, i);
+        nearest_single(tree, &single, EACH_REAL(distances) + i, EACH_INT(spheres) + i);
     }
     hit.distance = distances[0];
     hit.sphere = spheres[0];
@@ -190,7 +191,7 @@ static Left left_by_leaf(const Tree *tree, __global const Leaf *leaf, uint bits,
 
 // TREE: what the tree leaves of shadow rays, as long as a beam pays. end: along the beam, no sphere
 // beyond it counts. Returns whether that is all of it.
-static bool left_by_beam(const Tree *tree, Beam beam, real end, Left *found, Ray ray,
+static bool left_by_beam(const Tree *tree, const Beam *beam, real end, Left *found, Ray ray,
                          reals distance, ints on, bool near) {
     Left left = *found;
     int stack[STACK], top = 0, budget = tree->shape.budget, e = 0;
@@ -201,7 +202,7 @@ static bool left_by_beam(const Tree *tree, Beam beam, real end, Left *found, Ray
             budget--;
             uint bits = boxes_in_beam(beam, tree->nodes + e, end, &begins);
             if (bits) {
-                e = descend(tree->shape, e, bits, begins, stack, starts, &top);
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
             }
         } else {
@@ -231,9 +232,9 @@ static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector ligh
         Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
                               : beam_of(ray.origin, ray.direction, on, slack, false);
         if (beam.width < tree->shape.wide) {
-            real end = away <= 4 ? beam_end(beam, ray.origin, back, 0, on, slack) : INFINITY;
-            if (near) end = beam_end(beam, ray.origin, ray.direction, distance, on, slack);
-            if (left_by_beam(tree, beam, end, &left, ray, distance, on, near))
+            real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
+            if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
+            if (left_by_beam(tree, &beam, end, &left, ray, distance, on, near))
                 return NEST ? left.veil : on & !left.clear;
         }
     }
@@ -243,7 +244,8 @@ static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector ligh
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(left.clear); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);
-        EACH_INT(taken)[i] = taken_single(tree, single_of(&rays, i), EACH_REAL(limits)[i], near);
+        Single single = single_of(&rays, i);
+        EACH_INT(taken)[i] = taken_single(tree, &single, EACH_REAL(limits)[i], near);
     }
     return taken[0];
 }

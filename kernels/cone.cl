@@ -12,9 +12,9 @@ typedef struct {
 } Cone;
 
 // ROUND and TREE: the cone of a line from a ball of radius `begin` to one of that radius, so far away.
-static Cone cone_of(Single line, real begin, real radius, real distance) {
+static Cone cone_of(const Single *line, real begin, real radius, real distance) {
     Cone view;
-    view.line = line;
+    view.line = *line;
     view.slabs = slabs_of(line);
     view.begin = begin;
     real slope = (radius - begin) / distance;
@@ -27,40 +27,41 @@ static Cone cone_of(Single line, real begin, real radius, real distance) {
 
 // ROUND and TREE: the boxes of a node that a cone meets, as bits: those around which there is a point of
 // the line as near as the cone is wide where they end.
-static uint boxes_in_cone(Cone view, __global const Node *node) {
+static uint boxes_in_cone(const Cone *view, __global const Node *node) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
-    wides far = -(view.line.o[0] * view.line.d[0] +
-                  (view.line.o[1] * view.line.d[1] + view.line.o[2] * view.line.d[2]));
-    for (int a = 0; a < 3; a++) far += (view.slabs.forward[a] ? hi : lo)[a] * view.line.d[a];
-    far = far < view.end ? far : view.end;
-    wides width = (view.begin + view.opening * (far > 0 ? far : 0)) * view.steep,
-          from = -view.begin, to = view.end;
+    wides far = -(view->line.o[0] * view->line.d[0] +
+                  (view->line.o[1] * view->line.d[1] + view->line.o[2] * view->line.d[2]));
+    for (int a = 0; a < 3; a++) far += (view->slabs.forward[a] ? hi : lo)[a] * view->line.d[a];
+    far = far < view->end ? far : view->end;
+    wides width = (view->begin + view->opening * (far > 0 ? far : 0)) * view->steep,
+          from = -view->begin, to = view->end;
     for (int a = 0; a < 3; a++) {
-        wides wider = view.slabs.forward[a] ? -width : width;
-        wides near_ = (view.slabs.forward[a] ? lo : hi)[a] + wider;
-        wides far_side = (view.slabs.forward[a] ? hi : lo)[a] - wider;
-        wides enter = near_ * view.slabs.inverse[a] + view.slabs.enter[a];
-        wides leave = far_side * view.slabs.inverse[a] + view.slabs.leave[a];
+        wides wider = view->slabs.forward[a] ? -width : width;
+        wides near_ = (view->slabs.forward[a] ? lo : hi)[a] + wider;
+        wides far_side = (view->slabs.forward[a] ? hi : lo)[a] - wider;
+        wides enter = near_ * view->slabs.inverse[a] + view->slabs.enter[a];
+        wides leave = far_side * view->slabs.inverse[a] + view->slabs.leave[a];
         from = enter > from ? enter : from;
         to = leave < to ? leave : to;
     }
     // The ends are rounded in proportion to themselves.
     wides slack = (from > 0 ? from : -from) * (16 * UNIT_ROUNDOFF);
-    return wide_bits((far > -view.begin) & (from - slack <= to + slack));
+    return wide_bits((far > -view->begin) & (from - slack <= to + slack));
 }
 
 // ROUND and TREE: the spheres of a leaf that a cone meets, as bits.
-static uint spheres_in_cone(Cone view, __global const Leaf *leaf) {
+static uint spheres_in_cone(const Cone *view, __global const Leaf *leaf) {
     __global const wides *center = (__global const wides *)leaf->center;
     wides radius = *(__global const wides *)leaf->radius;
-    wides x = center[0] - view.line.o[0], y = center[1] - view.line.o[1],
-          z = center[2] - view.line.o[2];
-    wides t = x * view.line.d[0] + (y * view.line.d[1] + z * view.line.d[2]);
-    x -= t * view.line.d[0], y -= t * view.line.d[1], z -= t * view.line.d[2];
-    wides far = t + radius < view.end ? t + radius : view.end;
-    wides reach = (view.begin + view.opening * (far > 0 ? far : 0)) * view.steep + radius + SLACK;
-    return wide_bits((far > -view.begin - SLACK) & (t - radius < view.end * (1 + SLACK)) &
+    wides x = center[0] - view->line.o[0], y = center[1] - view->line.o[1],
+          z = center[2] - view->line.o[2];
+    wides t = x * view->line.d[0] + (y * view->line.d[1] + z * view->line.d[2]);
+    x -= t * view->line.d[0], y -= t * view->line.d[1], z -= t * view->line.d[2];
+    wides far = t + radius < view->end ? t + radius : view->end;
+    wides reach =
+        (view->begin + view->opening * (far > 0 ? far : 0)) * view->steep + radius + SLACK;
+    return wide_bits((far > -view->begin - SLACK) & (t - radius < view->end * (1 + SLACK)) &
                      (x * x + (y * y + z * z) <= reach * reach));
 }
 // ROUND and TREE: adds sphere k of a leaf, for the rays that are on.
@@ -104,20 +105,20 @@ static bool covered_in_cone(const Tree *tree, Cover *cover, Ray ray, Cap cap, in
     real begin, distance;
     Single line = middle_line(ray, on, light, &begin, &distance);
     if (!(distance > begin + radius)) return false;
-    Cone view = cone_of(line, begin + SLACK, radius, distance);
+    Cone view = cone_of(&line, begin + SLACK, radius, distance);
     Cover sum = *cover;
     int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
     while (e >= 0 && left > 0) {
         if (e < tree->shape.node_count) {
             left--;
-            uint bits = boxes_in_cone(view, tree->nodes + e);
+            uint bits = boxes_in_cone(&view, tree->nodes + e);
             if (bits) {
-                e = descend_anyhow(tree->shape, e, bits, stack, &top);
+                e = descend_anyhow(&tree->shape, e, bits, stack, &top);
                 continue;
             }
         } else {
             __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
-            uint bits = spheres_in_cone(view, leaf);
+            uint bits = spheres_in_cone(&view, leaf);
             left -= popcount(bits);
             for (; bits; bits &= bits - 1)
                 sum = covered_by_sphere(tree, sum, ray, cap, on, leaf, LOWEST_BIT(bits));
@@ -131,17 +132,17 @@ static bool covered_in_cone(const Tree *tree, Cover *cover, Ray ray, Cap cap, in
 }
 
 // ROUND and TREE: adds the spheres of a leaf for one ray, as many at a time as there are lanes.
-static Cover covered_by_leaf(const Tree *tree, Cover cover, Single ray, Cap cap,
+static Cover covered_by_leaf(const Tree *tree, Cover cover, const Single *ray, Cap cap,
                              __global const Leaf *leaf) {
     for (int first = 0; first < WIDE; first += LANES) {
         ints id = TO_INTS(*(__global const LANES_OF(int) *)(leaf->id + first));
-        Vector f = vector(*(__global const reals *)(leaf->center[0] + first) - ray.o[0],
-                          *(__global const reals *)(leaf->center[1] + first) - ray.o[1],
-                          *(__global const reals *)(leaf->center[2] + first) - ray.o[2]);
+        Vector f = vector(*(__global const reals *)(leaf->center[0] + first) - ray->o[0],
+                          *(__global const reals *)(leaf->center[1] + first) - ray->o[1],
+                          *(__global const reals *)(leaf->center[2] + first) - ray->o[2]);
         reals radius = *(__global const reals *)(leaf->radius + first);
         reals c = FMA(-radius, radius, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
-        ints met = id != ray.leaves;
-        FOR_EACH_LAYER(met &= id + 1 != ray.inside[i])
+        ints met = id != ray->leaves;
+        FOR_EACH_LAYER(met &= id + 1 != ray->inside[i])
         __private ints takes[1] = {0};
         for (int k = 0; NEST && k < LANES; k++)
             if (leaf->id[first + k] >= 0)
@@ -160,14 +161,14 @@ static INTEGER sum_of_ints(ints n) {
 }
 
 // ROUND and TREE: what the tree's spheres cover of a light as one ray sees it.
-static Cover covered_single(const Tree *tree, Single ray, Cap cap, Cone view) {
+static Cover covered_single(const Tree *tree, const Single *ray, Cap cap, const Cone *view) {
     Cover sum = {0};
     int stack[STACK], top = 0;
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             uint bits = boxes_in_cone(view, tree->nodes + e);
             if (bits) {
-                e = descend_anyhow(tree->shape, e, bits, stack, &top);
+                e = descend_anyhow(&tree->shape, e, bits, stack, &top);
                 continue;
             }
         } else {
@@ -200,8 +201,8 @@ static Cover covered_in_tree(const Tree *tree, Cover cover, Ray ray, Cap cap, in
         own.versine = EACH_REAL(caps[0].versine)[i];
         own.distance = EACH_REAL(caps[0].distance)[i];
         real far = EACH_REAL(caps[0].distance)[i];
-        Cone view = cone_of(single, SLACK, EACH_REAL(caps[0].sine)[i] * far, far);
-        Cover sum = covered_single(tree, single, own, view);
+        Cone view = cone_of(&single, SLACK, EACH_REAL(caps[0].sine)[i] * far, far);
+        Cover sum = covered_single(tree, &single, own, &view);
         hidden[i] = min(hidden[i] + sum_of_ints(sum.hidden), (INTEGER)VEIL);
         if (NEST) veil[i] = min(veil[i] + sum_of_ints(sum.veil), OPAQUE);
     }

@@ -34,9 +34,9 @@ static Single single_of(const Rays *rays, int lane) {
 }
 
 // TREE: near_side() for one ray and 16 spheres.
-static wide_ints near_sides(Single ray, wide_ints ids) {
-    wide_ints near = ids != ray.leaves;
-    FOR_EACH_LAYER(near &= ids + 1 != ray.inside[i])
+static wide_ints near_sides(const Single *ray, wide_ints ids) {
+    wide_ints near = ids != ray->leaves;
+    FOR_EACH_LAYER(near &= ids + 1 != ray->inside[i])
     return near;
 }
 
@@ -48,15 +48,15 @@ typedef struct {
 } Slabs;
 
 // TREE: those of a ray, widened by SLACK.
-static Slabs slabs_of(Single ray) {
+static Slabs slabs_of(const Single *ray) {
     real largest = 1;
-    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(ray.o[a]));
+    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(ray->o[a]));
     Slabs slabs;
     for (int a = 0; a < 3; a++) {
-        real d = fabs(ray.d[a]) > REAL(1e-18) ? ray.d[a] : REAL(1e-18);
+        real d = fabs(ray->d[a]) > REAL(1e-18) ? ray->d[a] : REAL(1e-18);
         slabs.inverse[a] = 1 / d;
         slabs.forward[a] = d > 0;
-        real at = -ray.o[a] * slabs.inverse[a], slack = SLACK * largest * fabs(slabs.inverse[a]);
+        real at = -ray->o[a] * slabs.inverse[a], slack = SLACK * largest * fabs(slabs.inverse[a]);
         slabs.enter[a] = at - slack;
         slabs.leave[a] = at + slack;
     }
@@ -64,13 +64,13 @@ static Slabs slabs_of(Single ray) {
 }
 
 // TREE: the boxes of a node that a ray meets before `end`, as bits, and where on it they begin.
-static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides *begins) {
+static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real end, wides *begins) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
     wides from = 0, to = end;
     for (int a = 0; a < 3; a++) {
-        wides enter = (slabs.forward[a] ? lo : hi)[a] * slabs.inverse[a] + slabs.enter[a];
-        wides leave = (slabs.forward[a] ? hi : lo)[a] * slabs.inverse[a] + slabs.leave[a];
+        wides enter = (slabs->forward[a] ? lo : hi)[a] * slabs->inverse[a] + slabs->enter[a];
+        wides leave = (slabs->forward[a] ? hi : lo)[a] * slabs->inverse[a] + slabs->leave[a];
         from = enter > from ? enter : from;
         to = leave < to ? leave : to;
     }
@@ -83,15 +83,15 @@ static uint boxes_on_ray(Slabs slabs, __global const Node *node, real end, wides
 #define FIRST_ROOT (c / (sqrt(delta) - b))
 
 // QUADRATIC for one ray and a leaf, and the spheres that are met.
-#define LEAF_QUADRATIC(ray, leaf)                                                            \
-    __global const wides *center_ = (__global const wides *)(leaf)->center;                  \
-    QUADRATIC(wides, (ray).o[0], (ray).o[1], (ray).o[2], (ray).d[0], (ray).d[1], (ray).d[2], \
-              center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)   \
-    int16 id_ = *(__global const int16 *)(leaf)->id;                                         \
+#define LEAF_QUADRATIC(ray, leaf)                                                                  \
+    __global const wides *center_ = (__global const wides *)(leaf)->center;                        \
+    QUADRATIC(wides, (ray)->o[0], (ray)->o[1], (ray)->o[2], (ray)->d[0], (ray)->d[1], (ray)->d[2], \
+              center_[0], center_[1], center_[2], *(__global const wides *)(leaf)->radius)         \
+    int16 id_ = *(__global const int16 *)(leaf)->id;                                               \
     wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
 
 // TREE: the sphere of a leaf that a ray meets before `distance`, if there is one.
-static void nearest_of_leaf(__global const Leaf *leaf, Single ray, real *distance,
+static void nearest_of_leaf(__global const Leaf *leaf, const Single *ray, real *distance,
                             INTEGER *sphere) {
     LEAF_QUADRATIC(ray, leaf)
     uint bits = wide_bits(met);
@@ -108,16 +108,16 @@ static void nearest_of_leaf(__global const Leaf *leaf, Single ray, real *distanc
 }
 
 // TREE: the sphere that a ray meets before `distance`, if there is one.
-static void nearest_single(const Tree *tree, Single ray, real *distance, INTEGER *sphere) {
+static void nearest_single(const Tree *tree, const Single *ray, real *distance, INTEGER *sphere) {
     Slabs slabs = slabs_of(ray);
     int stack[STACK], top = 0;
     real starts[STACK];
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(slabs, tree->nodes + e, *distance, &begins);
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, *distance, &begins);
             if (bits) {
-                e = descend(tree->shape, e, bits, begins, stack, starts, &top);
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
             }
         } else {
@@ -132,7 +132,7 @@ static void nearest_single(const Tree *tree, Single ray, real *distance, INTEGER
 
 // TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all, if it meets one
 // before `limit`; else if their middles are before it.
-static INTEGER taken_by_leaf(const Tree *tree, int e, Single ray, real limit, bool near,
+static INTEGER taken_by_leaf(const Tree *tree, int e, const Single *ray, real limit, bool near,
                              INTEGER taken) {
     __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
     LEAF_QUADRATIC(ray, leaf)
@@ -144,16 +144,16 @@ static INTEGER taken_by_leaf(const Tree *tree, int e, Single ray, real limit, bo
 }
 
 // TREE: what spheres take of one shadow ray that ends at `limit`, see taken_in_tree().
-static INTEGER taken_single(const Tree *tree, Single ray, real limit, bool near) {
+static INTEGER taken_single(const Tree *tree, const Single *ray, real limit, bool near) {
     INTEGER taken = 0;
     Slabs slabs = slabs_of(ray);
     int stack[STACK], top = 0;
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(slabs, tree->nodes + e, limit, &begins);
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, limit, &begins);
             if (bits) {
-                e = descend_anyhow(tree->shape, e, bits, stack, &top);
+                e = descend_anyhow(&tree->shape, e, bits, stack, &top);
                 continue;
             }
         } else {

@@ -153,14 +153,14 @@ static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
 }
 
 // TREE: child k of node e: a node, or from node_count on a leaf.
-static int child_of(Shape shape, int e, int k) {
-    if (e >= shape.lowest) return shape.per_node * e + shape.outer + k;
-    return 16 * e + (e > 0 ? shape.inner : 1) + k;
+static int child_of(const Shape *shape, int e, int k) {
+    if (e >= shape->lowest) return shape->per_node * e + shape->outer + k;
+    return 16 * e + (e > 0 ? shape->inner : 1) + k;
 }
 
 // TREE: goes on with the child of node e that begins first, and leaves the others on the stack, the
 // first on top. bits: the children that are met, at least one.
-static int descend(Shape shape, int e, uint bits, wides begins, int *stack, real *starts,
+static int descend(const Shape *shape, int e, uint bits, wides begins, int *stack, real *starts,
                    int *top) {
     if (!(bits & (bits - 1))) return child_of(shape, e, LOWEST_BIT(bits));
     __private wides all[1] = {begins};
@@ -181,7 +181,7 @@ static int descend(Shape shape, int e, uint bits, wides begins, int *stack, real
 }
 
 // TREE: as descend(), for a ray that any hit ends: in no order.
-static int descend_anyhow(Shape shape, int e, uint bits, int *stack, int *top) {
+static int descend_anyhow(const Shape *shape, int e, uint bits, int *stack, int *top) {
     for (; bits & (bits - 1); bits &= bits - 1) {
         stack[*top] = child_of(shape, e, LOWEST_BIT(bits));
         *top += 1;
