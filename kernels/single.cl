@@ -1,5 +1,13 @@
 // Single: one ray through the tree, against 16 boxes or spheres at a time.
 
+// Does one thing for each axis `a`, which is a constant: see FOR_EACH_LAYER.
+#define FOR_EACH_AXIS(thing) AXIS(0, thing) AXIS(1, thing) AXIS(2, thing)
+#define AXIS(number, thing)  \
+    {                        \
+        enum { a = number }; \
+        thing;               \
+    }
+
 // A packet's ray, alone.
 typedef struct {
     real o[3], d[3];             // origin and direction
@@ -47,20 +55,31 @@ typedef struct {
     bool forward[3];
 } Slabs;
 
-// TREE: those of a ray, widened by SLACK.
+// TREE: those of one axis, widened by a slack.
+static void add_slab(Slabs *slabs, const Single *ray, int a, real slack) {
+    real d = fabs(ray->d[a]) > REAL(1e-18) ? ray->d[a] : REAL(1e-18);
+    slabs->inverse[a] = 1 / d;
+    slabs->forward[a] = d > 0;
+    real at = -ray->o[a] * slabs->inverse[a], wider = slack * fabs(slabs->inverse[a]);
+    slabs->enter[a] = at - wider;
+    slabs->leave[a] = at + wider;
+}
+
+// TREE: the planes of boxes as a ray meets them.
 static Slabs slabs_of(const Single *ray) {
     real largest = 1;
-    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(ray->o[a]));
     Slabs slabs;
-    for (int a = 0; a < 3; a++) {
-        real d = fabs(ray->d[a]) > REAL(1e-18) ? ray->d[a] : REAL(1e-18);
-        slabs.inverse[a] = 1 / d;
-        slabs.forward[a] = d > 0;
-        real at = -ray->o[a] * slabs.inverse[a], slack = SLACK * largest * fabs(slabs.inverse[a]);
-        slabs.enter[a] = at - slack;
-        slabs.leave[a] = at + slack;
-    }
+    FOR_EACH_AXIS(largest = fmax(largest, fabs(ray->o[a])))
+    FOR_EACH_AXIS(add_slab(&slabs, ray, a, SLACK * largest))
     return slabs;
+}
+
+// TREE: cuts a ray's pieces in 16 boxes to those between their planes of one axis.
+static void cut(const Slabs *slabs, int a, wides lo, wides hi, wides *from, wides *to) {
+    wides enter = (slabs->forward[a] ? lo : hi) * slabs->inverse[a] + slabs->enter[a];
+    wides leave = (slabs->forward[a] ? hi : lo) * slabs->inverse[a] + slabs->leave[a];
+    *from = enter > *from ? enter : *from;
+    *to = leave < *to ? leave : *to;
 }
 
 // TREE: the boxes of a node that a ray meets before `end`, as bits, and where on it they begin.
@@ -68,12 +87,7 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real end
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
     wides from = 0, to = end;
-    for (int a = 0; a < 3; a++) {
-        wides enter = (slabs->forward[a] ? lo : hi)[a] * slabs->inverse[a] + slabs->enter[a];
-        wides leave = (slabs->forward[a] ? hi : lo)[a] * slabs->inverse[a] + slabs->leave[a];
-        from = enter > from ? enter : from;
-        to = leave < to ? leave : to;
-    }
+    FOR_EACH_AXIS(cut(slabs, a, lo[a], hi[a], &from, &to))
     *begins = from;
     // The ends are rounded in proportion to themselves.
     return wide_bits(from <= to * (1 + 16 * UNIT_ROUNDOFF));
