@@ -12,7 +12,7 @@ from benchmarks import harness
 from clrt import reference
 from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.renderer.pack import PRECISIONS, Precision
+from clrt.renderer.pack.structs import PRECISIONS, Precision
 from clrt.scene.scene import Scene
 from clrt.values import Vec3
 

@@ -21,7 +21,8 @@ import clrt
 from benchmarks import files, harness, ovito_peer, povray_peer
 from clrt.figure.rendering import Renderer
 from clrt.opencl.tree import Tree
-from clrt.renderer import pack
+from clrt.renderer.pack import features as needs
+from clrt.renderer.pack.spheres import tree_keys
 from clrt.scene.scene import Scene
 
 Array = NDArray[Any]
@@ -161,21 +162,21 @@ def measure(
     """Seconds: to build, to pack and fit for each picture, to trace; by the list; by Embree."""
     scene = scene_of(spheres, depth)
     frames = 5 if len(spheres) <= 10**5 else 3
-    saved = pack.TREE_FROM
+    saved = needs.TREE_FROM
     contenders: dict[str, Callable[[], float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         try:
-            pack.TREE_FROM = 0
+            needs.TREE_FROM = 0
             renderer = Renderer()
             contenders["trace"] = harness.kernel_time(renderer, scene, *size, np.float32, frames)
             contenders["trace"]()  # packs and builds, with a tree however few there are
             if len(spheres) <= LINEAR_TO:
-                pack.TREE_FROM = sys.maxsize
+                needs.TREE_FROM = sys.maxsize
                 listed = Renderer()
                 contenders["list"] = harness.kernel_time(listed, scene, *size, np.float32, 1)
                 contenders["list"]()
         finally:
-            pack.TREE_FROM = saved
+            needs.TREE_FROM = saved
         if shutil.which("povray") and len(spheres) in (10**3, 10**4, 10**5):
             contenders["povray"] = lambda: povray_peer.render(scene, *size)[1]
         builds: list[float] = []
@@ -197,7 +198,7 @@ def measure(
     assert features.tree
 
     def build() -> None:
-        Tree(pack.tree_keys(world.spheres), renderer._queue, kernels)
+        Tree(tree_keys(world.spheres), renderer._queue, kernels)
 
     def fit() -> None:
         renderer._exposer.arguments(scene, *size, used, np.inf)

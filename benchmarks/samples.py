@@ -24,8 +24,9 @@ from clrt.figure.rendering import Renderer
 from clrt.files.image import load
 from clrt.film import metrics
 from clrt.opencl import bands, edges, program
-from clrt.renderer import pack, samples
+from clrt.renderer import samples
 from clrt.renderer.checks import Region
+from clrt.renderer.pack.arguments import sampling
 from clrt.scene.scene import Scene
 
 Array = NDArray[Any]
@@ -135,7 +136,7 @@ class Uniform:
         left, top, right, bottom = box = region or (0, 0, *size)
         self.renderer.kernel_seconds = edges.refine(
             film, (0, 0), box, paths, self.renderer._queue, used[1],
-            arguments | pack.sampling(used[0], scene),
+            arguments | sampling(used[0], scene),
         )  # fmt: skip
         return film[top:bottom, left:right]
 

@@ -18,8 +18,7 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import harness
 from clrt.figure.rendering import Renderer
-from clrt.renderer import pack
-from clrt.renderer.pack import LANES
+from clrt.renderer.pack.features import LANES, TREE_FROM
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 
@@ -125,7 +124,7 @@ def growth(quick: bool, figures: dict[str, Any]) -> list[Row]:
     spheres = {n: median(many_spheres(n), width, height) for n in counts}
     threads = {n: thread_time(n, width, height) for n in (1, len(os.sched_getaffinity(0)))}
     # Of each sphere more: a camera ray, and a shadow ray for the part of them that hits.
-    last = max(n for n in counts if n < pack.TREE_FROM)
+    last = max(n for n in counts if n < TREE_FROM)
     slope = (spheres[last] - spheres[counts[0]]) / (last - counts[0])
     figures["growth"] = {
         "pixels": pixels, "depth": depths, "spheres": spheres, "threads": threads,

@@ -16,7 +16,7 @@ from benchmarks.speed import many_spheres
 from clrt.figure.rendering import Renderer
 from clrt.opencl import pocl
 from clrt.opencl.device import find_device
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.structs import Precision
 
 # What to call it, PoCL's library of built-in functions, the CPU to compile for.
 TARGETS = (

@@ -2,7 +2,7 @@
 //
 // Camera space: the origin is the camera, x points right, y up and -z ahead. The host moves and
 // turns the scene into it before it rounds, so that float32 rounds distances from the camera and
-// not from the world's origin. Lengths are scaled by a power of two, see clrt/pack.py.
+// not from the world's origin. Lengths are scaled by a power of two, see Space of clrt/renderer/pack/arguments.py.
 //
 // With LONG_LENS what is seen may be far away against its size: the origin is then a point ahead of the camera, just before what is seen, and rays start on the plane through it. A
 // ray from the camera knows a sphere of radius r at distance D to 2^-24 D / r, and turns its

@@ -8,7 +8,7 @@
 typedef LANES_OF(uint) uints;
 
 // What numbers are drawn for: a pair of each for every bounce, at most BOUNCES of them, but SKY, which
-// has SKY_RAYS pairs for each sample and is the last of the table. See sampling() of clrt/pack.py.
+// has SKY_RAYS pairs for each sample and is the last of the table. See sampling() of clrt/renderer/pack/arguments.py.
 enum { LENS_POINT, LIGHT_POINT, MIRROR, CHOICE, SKY };
 #define BOUNCES 4
 #define SKY_RAYS 4
@@ -27,7 +27,7 @@ typedef struct {
     reals u, v;
 } Pair;
 
-// GATHER: a hash, see clrt/samples.py.
+// GATHER: a hash, see clrt/renderer/samples.py.
 static uints mixed(uints n) {
     n = (n ^ n >> 16) * 0x7feb352du;
     n = (n ^ n >> 15) * 0x846ca68bu;

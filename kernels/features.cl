@@ -1,6 +1,6 @@
 // Features: what a program is compiled for.
 //
-// The host defines each as a number, 0 where it is not used (Features of clrt/pack.py), and code asks
+// The host defines each as a number, 0 where it is not used (Features of clrt/renderer/pack/features.py), and code asks
 // by `if`: so every program's whole text is checked, and the compiler drops what is not used. `#if`
 // chooses a type, a builtin, a whole definition or a kernel, never a part of a body. A heading that
 // begins with a feature is that of a function which no program without it has.

@@ -1,6 +1,6 @@
 // Path: what each ray of a packet carries, from the camera on, and what it has hit.
 
-// PATHS: a hash, and in the lanes of a mask what was met next: with FNV's prime, as clrt/reference.py
+// PATHS: a hash, and in the lanes of a mask what was met next: with FNV's prime, as clrt/reference
 // hashes paths.
 #define FOLLOWED(mask, path, value) \
     PICK_INT(mask, (path * 16777619 + (value)) & (ints)((INTEGER)0xffffffff), path)

@@ -9,7 +9,7 @@
 // REFINE: of the pixels of this band that `list` has from `from` on, as many as `count`. Global size:
 // `count`, rounded up.
 // GATHER, REFINE: each pixel gets at most `samples`; where in it they lie `points` says, see
-// clrt/samples.py.
+// clrt/renderer/samples.py.
 // What a program does not need is NULL or 0.
 __kernel void render(__global channel *film, int first_row, int width, int height, int first_column,
                      __global uint *paths, int top, __global const int *list, int from, int count,

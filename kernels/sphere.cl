@@ -13,7 +13,7 @@ typedef struct {
     INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
 } Glass;
 
-// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/pack.py. In camera space,
+// 64 bytes as float32, one cache line; 120 as float64. Written by clrt/renderer/pack/spheres.py. In camera space,
 // see camera.cl.
 typedef struct {
     real anchor[3];         // a giant's surface point nearest the camera; else the centre
@@ -40,7 +40,7 @@ typedef struct {
     Layer layers[MAX_INSIDE];
 } Inside;
 
-// Does one thing for each `i` of these layers, which are four at most (MOST of clrt/glass.py). No loop:
+// Does one thing for each `i` of these layers, which are four at most (MOST of clrt/renderer/glass.py). No loop:
 // what is indexed by no constant stays in memory until loops are unrolled, which is late, and all else
 // of a path with it.
 #define FOR_EACH_LAYER(thing) LAYER(0, thing) LAYER(1, thing) LAYER(2, thing) LAYER(3, thing)

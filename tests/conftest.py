@@ -17,8 +17,8 @@ from clrt.files.image import save
 from clrt.film import metrics
 from clrt.opencl import program
 from clrt.opencl.device import devices, label
-from clrt.renderer import pack
-from clrt.renderer.pack import LANES, Features, Precision
+from clrt.renderer.pack.features import LANES, Features
+from clrt.renderer.pack.structs import Precision
 from clrt.scene.scene import Scene
 
 DEVICES = devices()
@@ -142,7 +142,7 @@ def render(device: cl.Device, monkeypatch: pytest.MonkeyPatch) -> Callable[..., 
     ) -> NDArray[Any]:
         if precision == "double" and device.native_vector_width_double == 0:
             pytest.skip("no float64")
-        monkeypatch.setattr(pack, "TREE_FROM", 1 if tree else np.inf)
+        monkeypatch.setattr("clrt.renderer.pack.features.TREE_FROM", 1 if tree else np.inf)
         renderer = renderer_for(device, lanes, precision, "a tree" if tree else "a list")
         return renderer.render(scene, *size, **options)
 

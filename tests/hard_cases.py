@@ -25,7 +25,9 @@ from clrt import (
     load_scene,
 )
 from clrt.film.metrics import QUARTER_STEP
-from clrt.renderer import pack
+from clrt.renderer.pack.features import Features, features_of
+from clrt.renderer.pack.structs import FilmKind
+from clrt.renderer.pack.world import pack_world
 from clrt.scene.light import LightKind
 from clrt.values import Vec3
 
@@ -824,9 +826,9 @@ def orthographic_cases() -> Iterable[HardCase]:
 CASES = tuple(cases())
 
 
-def program_of(case: HardCase, film: pack.FilmKind = "float") -> pack.Features:
+def program_of(case: HardCase, film: FilmKind = "float") -> Features:
     """What the case is compiled for, in float32 for 16 lanes."""
-    return pack.features(pack.pack_world(case.scene, "robust"), case.scene, 16, film)
+    return features_of(pack_world(case.scene, "robust"), case.scene, 16, film)
 
 
 PROGRAMS = Counter(map(program_of, CASES))

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.figure.rendering import Renderer
-from clrt.renderer.pack import LANES, PRECISIONS, TREE_FROM
+from clrt.renderer.pack.features import LANES, TREE_FROM
+from clrt.renderer.pack.structs import PRECISIONS
 
 WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lanes
 REGION = (3, 1, 36, 3)

@@ -11,8 +11,10 @@ import pytest
 from conftest import renderer_for
 from test_trial import EVERY
 
-from clrt.renderer import pack, trial
-from clrt.renderer.pack import FILMS, PRECISIONS, USES, Features, FilmKind, Precision
+from clrt.renderer import trial
+from clrt.renderer.pack.features import USES, Features, features_of, stages
+from clrt.renderer.pack.structs import FILMS, PRECISIONS, FilmKind, Precision
+from clrt.renderer.pack.world import pack_world
 from clrt.scene.scene import Scene
 
 RANDOM = {"occlusion", "lens", "gloss", "indirect"}
@@ -47,10 +49,10 @@ def scene_of(precision: Precision, name: str, picture: str) -> Scene:
 
 def programs(precision: Precision, name: str, picture: str) -> Iterator[Features]:
     scene = scene_of(precision, name, picture)
-    world = pack.pack_world(scene, precision)
+    world = pack_world(scene, precision)
     for film in PICTURES[picture]:
-        for stage in pack.stages(scene, film):
-            yield pack.features(world, scene, LANES_OF[precision], film, stage)
+        for stage in stages(scene, film):
+            yield features_of(world, scene, LANES_OF[precision], film, stage)
 
 
 def test_every_cell_is_tried() -> None:

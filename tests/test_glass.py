@@ -10,8 +10,11 @@ from msgspec.structs import replace
 import clrt
 from clrt import reference
 from clrt.errors import RequestError, SceneError, SceneWarning
-from clrt.renderer import glass, pack
-from clrt.renderer.pack import PRECISIONS, Features
+from clrt.renderer import glass
+from clrt.renderer.pack.features import Features, features_of
+from clrt.renderer.pack.spheres import pack_spheres
+from clrt.renderer.pack.structs import PRECISIONS
+from clrt.renderer.pack.world import pack_world
 from clrt.truth import tracer
 
 SIZE = (150, 100)
@@ -37,7 +40,7 @@ def test_bad_values(values, said: str) -> None:
 
 
 def nest_of(scene: clrt.Scene) -> int:
-    return pack.features(pack.pack_world(scene, "robust"), scene, 16, "float").nest
+    return features_of(pack_world(scene, "robust"), scene, 16, "float").nest
 
 
 def test_nest_is_found_from_the_scene() -> None:
@@ -165,12 +168,12 @@ def test_snell(device: cl.Device, precision, before: float, after: float, bound:
 
 def test_split_is_needed_only_where_a_surface_does_both() -> None:
     scene = with_glass(BALL)
-    world = pack.pack_world(scene, "robust")
-    assert pack.features(world, scene, 16, "float") == Features(
+    world = pack_world(scene, "robust")
+    assert features_of(world, scene, 16, "float") == Features(
         16, "robust", "float", reflection=True, nest=1
     )
     both = with_glass(BALL, fresnel=True)
-    assert pack.features(pack.pack_world(both, "robust"), both, 16, "float").split
+    assert features_of(pack_world(both, "robust"), both, 16, "float").split
 
 
 @pytest.mark.parametrize("precision", ["robust", "double"])
@@ -212,7 +215,7 @@ def test_a_chord_ends_on_its_sphere(
     random = np.random.default_rng(8)
     n = 1 << 16
     center = np.array([[0.0, 0.0, -(radius + away)]], wide)
-    sphere = pack._pack_spheres(center, np.array([radius], wide), 0.0, real)
+    sphere = pack_spheres(center, np.array([radius], wide), 0.0, real)
     out, aside = (v / np.linalg.norm(v, axis=0) for v in random.normal(size=(2, 3, n)))
     if radius > 4 * away:  # a giant: near the camera
         out = np.array([[0.0], [0.0], [1.0]]) + random.uniform(-1, 1, (3, n)) / radius

@@ -14,7 +14,7 @@ from clrt.errors import DeviceError
 from clrt.opencl import program
 from clrt.opencl.device import devices
 from clrt.renderer import maker
-from clrt.renderer.pack import LANES, Features
+from clrt.renderer.pack.features import LANES, Features
 
 PLAIN = Features(4, "robust", "float")
 
@@ -72,10 +72,11 @@ def test_the_child_makes_what_is_made_here(lanes: int) -> None:
 def test_ctrl_c_ends_the_child(tmp_path: Path) -> None:
     """A terminal sends it to both; here the parent alone gets it."""
     code = (
-        "from clrt.renderer import maker, pack\nfrom clrt.opencl import program\n"
+        "from clrt.renderer import maker\nfrom clrt.opencl import program\n"
+        "from clrt.renderer.pack.features import Features\n"
         "from clrt.opencl.device import devices\n"
         "device = devices()[0]; print('ready', flush=True)\n"
-        "maker.made(device, program.kernel_source() + '\\n' * 99, [pack.Features(16, 'double', "
+        "maker.made(device, program.kernel_source() + '\\n' * 99, [Features(16, 'double', "
         "'float', reflection=True)])"
     )
     parent = subprocess.Popen(
@@ -133,9 +134,10 @@ def test_a_wrong_program_leaves_the_child_and_says_so() -> None:
 
 def test_children_end_with_their_parent() -> None:
     code = (
-        "import os, signal\nfrom clrt.renderer import maker, pack\n"
+        "import os, signal\nfrom clrt.renderer import maker\n"
+        "from clrt.renderer.pack.features import Features\n"
         "from clrt.opencl import program\nfrom clrt.opencl.device import devices\n"
-        "wanted = [pack.Features(4, 'robust', 'float')]\n"
+        "wanted = [Features(4, 'robust', 'float')]\n"
         "maker.made(devices()[0], program.kernel_source(), wanted)\n"
         "print(maker._idle[0]._child.pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)"

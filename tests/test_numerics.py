@@ -26,7 +26,7 @@ from clrt import (
 from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.film.metrics import QUARTER_STEP
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.structs import Precision
 from clrt.scene.light import LightKind
 
 # Lanes: the two ways that the kernel's source can be read.

@@ -16,21 +16,37 @@ from clrt import Camera, Material, Scene, Sphere, Spheres
 from clrt.errors import RequestError
 from clrt.opencl import tree
 from clrt.opencl.program import kernel_source
-from clrt.renderer import pack, trial
+from clrt.renderer import trial
+from clrt.renderer.pack.arguments import arguments_of, sampling
+from clrt.renderer.pack.features import SMALL, SMALLS_BASE, Features, base_samples, features_of
+from clrt.renderer.pack.spheres import pack_spheres
+from clrt.renderer.pack.structs import (
+    PASSES,
+    PRECISIONS,
+    Precision,
+    camera_dtype,
+    glass_dtype,
+    light_dtype,
+    material_dtype,
+    medium_dtype,
+    shade_dtype,
+    sphere_dtype,
+)
+from clrt.renderer.pack.world import World, pack_world
 from clrt.scene import lens
 
 STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
-    "Camera": pack.camera_dtype,
-    "Sphere": pack.sphere_dtype,
-    "Material": pack.material_dtype,
-    "Light": pack.light_dtype,
-    "Shade": pack.shade_dtype,
-    "Glass": pack.glass_dtype,
-    "Medium": pack.medium_dtype,
+    "Camera": camera_dtype,
+    "Sphere": sphere_dtype,
+    "Material": material_dtype,
+    "Light": light_dtype,
+    "Shade": shade_dtype,
+    "Glass": glass_dtype,
+    "Medium": medium_dtype,
     "Node": tree.node_dtype,
     "Leaf": tree.leaf_dtype,
     "Shape": tree.shape_dtype,
-    "channel": lambda real: pack.PASSES,
+    "channel": lambda real: PASSES,
 }
 
 
@@ -50,18 +66,18 @@ def layout_kernel() -> str:
 @pytest.mark.parametrize("precision", ["robust", "double"])
 def test_dtypes_match_the_device_structs(device: cl.Device, precision) -> None:
     expected = []
-    for dtype in (make(pack.PRECISIONS[precision]) for make in STRUCTS.values()):
+    for dtype in (make(PRECISIONS[precision]) for make in STRUCTS.values()):
         expected.append(dtype.itemsize)
         expected += [offset for _, offset, *_ in (dtype.fields or {}).values()]
     found = np.zeros(len(expected), np.int32)
-    used = pack.Features(1, precision, "passes", tree=True).options
+    used = Features(1, precision, "passes", tree=True).options
     run_kernel(device, layout_kernel(), "layout", used, 1, (), found)
     assert found.tolist() == expected
 
 
-def packed(scene: clrt.Scene, precision: pack.Precision = "robust") -> SimpleNamespace:
+def packed(scene: clrt.Scene, precision: Precision = "robust") -> SimpleNamespace:
     """The kernel's arguments for a small picture, by name."""
-    return SimpleNamespace(**pack.arguments(pack.pack_world(scene, precision), scene, 64, 36))
+    return SimpleNamespace(**arguments_of(pack_world(scene, precision), scene, 64, 36))
 
 
 def test_only_the_plane_is_a_giant() -> None:
@@ -94,7 +110,7 @@ def test_lengths_are_scaled_by_a_power_of_two_to_about_1(size: float) -> None:
 def test_a_giants_surface_is_where_it_was(radius: float) -> None:
     """The point that float32 anchor, offset and c0 stand for lies on the sphere."""
     center = np.array([[0.6 * (radius + 1.5), -0.8 * (radius + 1.5), 0.0]])
-    sphere = pack._pack_spheres(center, np.array([radius]), 0.0, np.float32)[0]
+    sphere = pack_spheres(center, np.array([radius]), 0.0, np.float32)[0]
     assert sphere["giant"]
     # c / 2r is the height of the anchor above the surface, as the kernel has it.
     height = float(sphere["c0"]) / (2 * radius)
@@ -124,24 +140,24 @@ def test_shades_are_products_of_material_and_light() -> None:
     assert (found.shades[1, gold]["diffuse"] == expected).all()
 
 
-def used(world: pack.World, scene: Scene, *wanted: Any) -> list[str]:
+def used(world: World, scene: Scene, *wanted: Any) -> list[str]:
     """What a program is told that it has: the other features are 0."""
-    options = pack.features(world, scene, *wanted).options
+    options = features_of(world, scene, *wanted).options
     return [option[2:] for option in options if not option.endswith("=0")]
 
 
 def test_a_program_has_what_its_scene_uses() -> None:
     scene = clrt.load_scene("four-spheres")
-    world = pack.pack_world(scene, "robust")
+    world = pack_world(scene, "robust")
     assert used(world, scene, 16, "bytes") == ["LANES=16", "FILM_BYTES=1", "REFLECTION=1"]
     assert "REFLECTION=1" not in used(world, replace(scene, max_depth=1), 16, "bytes")
     matte = {name: replace(m, reflection=0.0) for name, m in scene.materials.items()}
     dull = replace(scene, materials=matte)
-    assert "REFLECTION=1" not in used(pack.pack_world(dull, "robust"), dull, 16, "bytes")
+    assert "REFLECTION=1" not in used(pack_world(dull, "robust"), dull, 16, "bytes")
     far = replace(scene, camera=clrt.Camera((0, 0, 99), (0, 0, 0), fov=1.0))
     assert used(world, far, 16, "float") == ["LANES=16", "REFLECTION=1", "LONG_LENS=1"]
     lit = replace(scene, lights=[clrt.Light(scene.spheres[0].center)])
-    assert used(pack.pack_world(lit, "double"), lit, 1, "paths") == [
+    assert used(pack_world(lit, "double"), lit, 1, "paths") == [
         "LANES=1", "DOUBLE=1", "FILM_PATHS=1", "REFLECTION=1", "LIGHT_INSIDE=1"
     ]  # fmt: skip
 
@@ -150,16 +166,16 @@ def test_passes_take_one_program_whatever_is_lit_and_how() -> None:
     found = set()
     for name in ("first-result", "four-spheres", "lights"):
         scene = replace(clrt.load_scene(name), film=clrt.Film(background=(1, 1, 1)))
-        found.add(pack.features(pack.pack_world(scene, "robust"), scene, 16, "passes"))
-    assert found == {pack.Features(16, "robust", "passes")}
+        found.add(features_of(pack_world(scene, "robust"), scene, 16, "passes"))
+    assert found == {Features(16, "robust", "passes")}
 
 
 def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
     for uses in (), ("reflection", "tree", "nest", "background", "gather", "lens", "gloss"):
-        features = pack.Features(4, "robust", "float", **dict.fromkeys(uses, True))
+        features = Features(4, "robust", "float", **dict.fromkeys(uses, True))
         scene = trial.scene_for(features)
-        given = pack.arguments(pack.pack_world(scene, "robust"), scene, 9, 9)
-        given |= pack.sampling(features, scene)
+        given = arguments_of(pack_world(scene, "robust"), scene, 9, 9)
+        given |= sampling(features, scene)
         context = cl.Context([device])  # Intel's kernels do not keep theirs
         program = cl.Program(context, kernel_source())
         kernel = program.build(options=[*features.options, "-cl-kernel-arg-info"]).render
@@ -170,7 +186,7 @@ def test_the_arguments_are_the_kernels_in_its_order(device: cl.Device) -> None:
 
 def test_a_world_is_packed_again_only_if_it_changes() -> None:
     scene = clrt.load_scene("four-spheres")
-    world = pack.pack_world(scene, "robust")
+    world = pack_world(scene, "robust")
     assert world.is_of(replace(scene, camera=clrt.Camera((1, 1, 1), (0, 0, 0))))
     assert world.is_of(replace(scene, max_depth=1))
     assert not world.is_of(replace(scene, spheres=scene.spheres[:2]))
@@ -185,7 +201,7 @@ AHEAD = Camera((0, 0, 2), (0, 0, 0))
 
 
 def _base(camera: Camera, spheres: Sequence[Sphere], samples: int = 64) -> int:
-    return pack.base(Scene(camera, (), {"a": Material()}, spheres, samples=samples))
+    return base_samples(Scene(camera, (), {"a": Material()}, spheres, samples=samples))
 
 
 def test_a_spheres_size_is_how_much_of_the_picture_it_takes() -> None:
@@ -206,8 +222,8 @@ def test_a_spheres_size_is_how_much_of_the_picture_it_takes() -> None:
 
 
 def test_small_spheres_get_more_samples() -> None:
-    small, large = [replace(BEAD, radius=x * pack.SMALL * 2) for x in (0.99, 1.01)]
-    assert _base(AHEAD, [small]) == pack.SMALLS_BASE > 1
+    small, large = [replace(BEAD, radius=x * SMALL * 2) for x in (0.99, 1.01)]
+    assert _base(AHEAD, [small]) == SMALLS_BASE > 1
     assert _base(AHEAD, [large]) == _base(AHEAD, []) == 1
     assert _base(AHEAD, [small], samples=3) == 3  # no more than the scene says
 
@@ -227,11 +243,11 @@ def beside_a_far_ball(radius: float) -> Scene:
 @pytest.mark.parametrize("tree", [False, True])
 def test_what_is_lost_beside_a_far_ball_is_refused(monkeypatch, tree: bool) -> None:
     """From 1e20 on robust drew pictures that were wrong, then black, and double from 1e160 on."""
-    monkeypatch.setattr(pack, "TREE_FROM", 0 if tree else 48)
+    monkeypatch.setattr("clrt.renderer.pack.features.TREE_FROM", 0 if tree else 48)
 
-    def packed(radius: float, precision: pack.Precision) -> None:
+    def packed(radius: float, precision: Precision) -> None:
         scene = beside_a_far_ball(radius)
-        pack.arguments(pack.pack_world(scene, precision), scene, 64, 64)
+        arguments_of(pack_world(scene, precision), scene, 64, 64)
 
     packed(1e19, "robust")
     with pytest.raises(RequestError, match=r"radius 0.4 and one that .* 1.1e\+21 .*, .* double$"):

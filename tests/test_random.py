@@ -344,8 +344,8 @@ def test_bits(device: cl.Device, render, monkeypatch: pytest.MonkeyPatch, tree: 
     # In another process, by one thread.
     code = (
         "import sys; import numpy as np; import test_random as this\n"
-        "from clrt.renderer import pack\n"
-        f"pack.TREE_FROM = 1 if {tree} else np.inf\n"
+        "from clrt.renderer.pack import features\n"
+        f"features.TREE_FROM = 1 if {tree} else np.inf\n"
         f"with this.clrt.Renderer(device={device.name!r}, lanes=16, threads=1) as renderer:\n"
         "    picture = renderer.render(this.EVERYTHING, *this.ODD)\n"
         "sys.stdout.buffer.write(picture.tobytes())"

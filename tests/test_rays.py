@@ -15,8 +15,8 @@ import pytest
 from conftest import options, run_kernel
 from numpy.typing import NDArray
 
-from clrt.renderer import pack
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.spheres import pack_spheres
+from clrt.renderer.pack.structs import PRECISIONS, Precision
 
 Array = NDArray[Any]
 
@@ -108,7 +108,7 @@ class Prober:
     """Runs the test kernels in one precision and with one number of lanes."""
 
     def __init__(self, device: cl.Device, precision: Precision, lanes: int) -> None:
-        self.real: Any = pack.PRECISIONS[precision]
+        self.real: Any = PRECISIONS[precision]
         self.u = np.finfo(self.real).eps / 2
         self.lanes = lanes
         self.device = device
@@ -129,7 +129,7 @@ class Prober:
         n = family.radius.size
         vectors = (family.origin, family.direction, family.origin if third is None else third)
         rays = np.concatenate(vectors).astype(self.real).transpose(1, 0, 2)
-        spheres = pack._pack_spheres(
+        spheres = pack_spheres(
             family.center.T.astype(np.longdouble),
             family.radius.astype(np.longdouble),
             0.0,

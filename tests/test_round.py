@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.film import metrics
-from clrt.renderer.pack import PRECISIONS, Precision
+from clrt.renderer.pack.structs import PRECISIONS, Precision
 
 ANGLES = """
 // given: an angle; found: its sine, its cosine, and the angle that these have.

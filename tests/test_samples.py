@@ -22,11 +22,21 @@ from clrt import reference
 from clrt.commands.cli import main
 from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.renderer import pack, samples
+from clrt.renderer import samples
+from clrt.renderer.pack.arguments import BOUNCES, KINDS
+from clrt.renderer.pack.features import (
+    SMALLS_BASE,
+    TREE_FROM,
+    Features,
+    base_samples,
+    features_of,
+    stages,
+)
+from clrt.renderer.pack.world import pack_world
 from clrt.truth import tracer
 
 Array = np.ndarray[Any, Any]
-PAIRS = 1 + pack.BOUNCES * (pack.KINDS + 1)
+PAIRS = 1 + BOUNCES * (KINDS + 1)
 WHITE = clrt.Material(ambient=(1, 1, 1), diffuse=(0, 0, 0))
 SHINE = clrt.AmbientLight()
 
@@ -230,7 +240,7 @@ MADE: dict[str, Callable[[], clrt.Scene]] = {
     "orthographic": lambda: flat(paper()),
     "orthographic tree": lambda: flat(beads()),
     "specks": specks,
-    "few specks": lambda: specks(pack.TREE_FROM - 1),
+    "few specks": lambda: specks(TREE_FROM - 1),
 }
 SIZE = WIDTH, HEIGHT = 53, 31
 COUNT = 16
@@ -244,7 +254,7 @@ def truth(name: str) -> tuple[Array, reference.Trace]:
     middle = np.dstack([trace.image, trace.alpha])
     paths = trace.paths
     if "specks" in name:
-        points = samples.offsets(pack.SMALLS_BASE)
+        points = samples.offsets(SMALLS_BASE)
         middle = reference.mean(scene, *SIZE, points)
         paths = np.zeros_like(trace.paths)
         for point in points:
@@ -309,18 +319,16 @@ def test_double_against_truth(device: cl.Device, name: str, n: int) -> None:
 def test_specks_have_more_samples_and_others_have_not() -> None:
     for name, made in MADE.items():
         scene = replace(made(), samples=COUNT)
-        assert pack.base(scene) == (pack.SMALLS_BASE if "specks" in name else 1)
-        world = pack.pack_world(scene, "robust")
-        first, second = (
-            pack.features(world, scene, 16, "float", s) for s in pack.stages(scene, "float")
-        )
+        assert base_samples(scene) == (SMALLS_BASE if "specks" in name else 1)
+        world = pack_world(scene, "robust")
+        first, second = (features_of(world, scene, 16, "float", s) for s in stages(scene, "float"))
         assert (first.hashed, first.gather, first.refine) == (True, "specks" in name, False)
         assert (second.hashed, second.gather, second.refine) == (False, False, True)
         for kind in ("passes", "paths"):
-            assert pack.stages(scene, kind) == ["picture"]
+            assert stages(scene, kind) == ["picture"]
         one = replace(scene, samples=1)
-        assert pack.stages(one, "float") == ["picture"]
-        plain = pack.features(world, one, 16, "float")
+        assert stages(one, "float") == ["picture"]
+        plain = features_of(world, one, 16, "float")
         assert (plain.hashed, plain.gather, plain.refine) == (False, False, False)
 
 
@@ -341,7 +349,7 @@ def test_what_is_at_no_edge_has_the_bits_of_one_sample(device: cl.Device, name: 
 def test_edges_are_where_a_neighbour_differs(device: cl.Device, width: int) -> None:
     random, height = np.random.default_rng(width), 9
     paths = np.where(random.random((height, width)) < 0.04, 7, 5).astype(np.uint32)
-    options = pack.Features(1, "robust", "float", refine=True).options
+    options = Features(1, "robust", "float", refine=True).options
     context, kernels = kernels_of(device, "", tuple(options))
     kernel = kernels["edges"]
     queue, flags = cl.CommandQueue(context), cl.mem_flags.COPY_HOST_PTR

@@ -7,7 +7,7 @@ import pyopencl as cl
 import pytest
 from conftest import options, run_kernel
 
-from clrt.renderer.pack import PRECISIONS
+from clrt.renderer.pack.structs import PRECISIONS
 
 KERNEL = """
 __kernel void powers(__global const LANES_OF(FLOATING) *cosine2,

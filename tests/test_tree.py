@@ -14,8 +14,9 @@ from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 from clrt.opencl import program, tree
 from clrt.opencl.tree import Plan, Tree
-from clrt.renderer import pack
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.features import Features
+from clrt.renderer.pack.spheres import tree_keys
+from clrt.renderer.pack.structs import Precision
 
 MATERIALS = {
     "mirror": clrt.Material((0.1, 0, 0), (0.6, 0.1, 0.1), (1, 1, 1), 100, reflection=0.5),
@@ -293,7 +294,7 @@ def test_a_plan_holds_all_and_wastes_little(n: int) -> None:
 @pytest.fixture(scope="module")
 def builder(device: cl.Device) -> tuple[cl.CommandQueue, dict[str, cl.Kernel]]:
     """What builds trees: a queue and kernels."""
-    used = pack.Features(4, "robust", "float", tree=True).options
+    used = Features(4, "robust", "float", tree=True).options
     context, kernels = kernels_of(device, "", tuple(used))
     return cl.CommandQueue(context), kernels
 
@@ -352,7 +353,7 @@ def surfaces(builder, keys: np.ndarray, spheres: np.ndarray) -> np.ndarray:
 
 
 def keys_of(spheres: np.ndarray) -> np.ndarray:
-    return pack.tree_keys(clrt.Spheres(spheres[:, :3], spheres[:, 3], "matte"))
+    return tree_keys(clrt.Spheres(spheres[:, :3], spheres[:, 3], "matte"))
 
 
 @pytest.mark.parametrize(

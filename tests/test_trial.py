@@ -16,12 +16,14 @@ from clrt import storage
 from clrt.errors import DeviceError, DeviceWarning
 from clrt.figure.rendering import Renderer
 from clrt.opencl import program
-from clrt.renderer import pack, trial
-from clrt.renderer.pack import PRECISIONS, Features
+from clrt.renderer import trial
+from clrt.renderer.pack.features import USES, Features, Stage, features_of
+from clrt.renderer.pack.structs import FILMS, PRECISIONS, Precision
+from clrt.renderer.pack.world import pack_world
 
 EXPOSE = "Exposure exposure = exposure_of(sample);"
 PLAIN = Features(4, "robust", "float")
-USED = [some for n in range(3) for some in itertools.combinations(pack.USES, n)]
+USED = [some for n in range(3) for some in itertools.combinations(USES, n)]
 RANDOM = {"occlusion", "lens", "gloss", "indirect"}
 SAMPLED = {"hashed", "refine", "gather", *RANDOM}
 
@@ -52,13 +54,13 @@ APART: tuple[set[str], ...] = (
 SETS = dict.fromkeys(
     tuple(sorted(some - apart))
     for used in map(set, USED)
-    for some in (used, set(pack.USES) - used)
+    for some in (used, set(USES) - used)
     for apart in (APART if len(some) > 3 else APART[:1])
 )
 EVERY = [
     Features(4, precision, film, **dict.fromkeys(some, True))
     for precision in PRECISIONS
-    for film in pack.FILMS
+    for film in FILMS
     for some in SETS
     if can_be(precision, film, set(some))
 ]
@@ -67,9 +69,9 @@ EVERY = [
 @pytest.mark.parametrize("features", EVERY, ids=lambda f: "".join(f.options[1:]) or "plain")
 def test_a_trials_scene_needs_what_the_program_is_for(features: Features) -> None:
     scene = trial.scene_for(features)
-    world = pack.pack_world(scene, features.precision)
-    stage: pack.Stage = "edges" if features.refine else "picture"
-    assert pack.features(world, scene, features.lanes, features.film, stage) == features
+    world = pack_world(scene, features.precision)
+    stage: Stage = "edges" if features.refine else "picture"
+    assert features_of(world, scene, features.lanes, features.film, stage) == features
 
 
 def test_each_feature_shows_in_the_trials_picture(device: cl.Device) -> None:
@@ -206,7 +208,7 @@ def test_picture_of_a_device_that_is_narrow(monkeypatch: pytest.MonkeyPatch) -> 
     scene = clrt.load_scene("four-spheres")
     right = Renderer(lanes=4).render(scene, 33, 9)
     monkeypatch.setattr("clrt.opencl.pocl.is_narrow", lambda device: True)
-    cases: list[tuple[pack.Precision, int]] = [("robust", 4), ("double", 2)]
+    cases: list[tuple[Precision, int]] = [("robust", 4), ("double", 2)]
     for precision, lanes in cases:
         with pytest.warns(DeviceWarning, match=f"16 lanes cannot be used, {lanes} are: PoCL"):
             renderer = Renderer(precision=precision)

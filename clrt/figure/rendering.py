@@ -12,7 +12,7 @@ from clrt.files.scenefile import as_scene
 from clrt.opencl.device import check_process
 from clrt.renderer.checks import Passes, Region, check_passes, film_dtype
 from clrt.renderer.engine import Engine
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.structs import Precision
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:

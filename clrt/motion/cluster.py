@@ -19,7 +19,7 @@ from clrt.files.scenefile import load_scene
 from clrt.motion.animation import Frames, Way
 from clrt.motion.trajectory import Flow
 from clrt.opencl.device import target
-from clrt.renderer.pack import Precision
+from clrt.renderer.pack.structs import Precision
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 

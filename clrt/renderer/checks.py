@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError
-from clrt.renderer import pack
+from clrt.renderer.pack.structs import PASSES
 
 Region: TypeAlias = tuple[int, int, int, int]
 Array: TypeAlias = NDArray[Any]
@@ -46,7 +46,7 @@ def check_passes(passes: Sequence[str] | None) -> Sequence[str] | None:
     """
     if passes is None:
         return None
-    known = pack.PASSES.names or ()
+    known = PASSES.names or ()
     wanted = [passes] if isinstance(passes, str) else list(passes)
     for name in wanted:
         if name not in known:

@@ -12,8 +12,12 @@ from clrt import memory
 from clrt.errors import SceneWarning
 from clrt.opencl import bands, edges
 from clrt.opencl.tree import Tree
-from clrt.renderer import glass, pack
-from clrt.renderer.pack import Features, Precision
+from clrt.renderer import glass
+from clrt.renderer.pack.arguments import arguments_of, sampling
+from clrt.renderer.pack.features import Features
+from clrt.renderer.pack.spheres import tree_keys
+from clrt.renderer.pack.structs import FILMS, Precision
+from clrt.renderer.pack.world import World, pack_world
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -31,7 +35,7 @@ class Exposer:
     def __init__(self, queue: "cl.CommandQueue", precision: Precision) -> None:
         self._queue = queue
         self._precision = precision
-        self._world: pack.World | None = None
+        self._world: World | None = None
         self._moved = False  # since the tree was built its spheres have been exchanged for others
         self._films: defaultdict[str, memory.Films] = defaultdict(memory.Films)
         self.tree: Tree | None = None
@@ -42,10 +46,10 @@ class Exposer:
         self._world = self.tree = None
         self._films.clear()
 
-    def world(self, scene: Scene) -> pack.World:
+    def world(self, scene: Scene) -> World:
         """What is packed of a scene while only its camera changes."""
         if self._world is None or not self._world.is_of(scene):
-            before, self._world = self._world, pack.pack_world(scene, self._precision)
+            before, self._world = self._world, pack_world(scene, self._precision)
             if before is None or len(before.spheres) != len(self._world.spheres):
                 self.tree = None  # else its order may still do: see arguments()
             self._moved = self.tree is not None
@@ -54,7 +58,7 @@ class Exposer:
     def arguments(
         self, scene: Scene, width: int, height: int, program: Program, seconds: float
     ) -> dict[str, Any]:
-        """Those of any program for this scene, see pack.arguments().
+        """Those of any program for this scene, see arguments_of().
 
         Args:
             program: one that can build the tree.
@@ -62,7 +66,7 @@ class Exposer:
         """
         features, kernels = program
         world = self.world(scene)
-        arguments = pack.arguments(world, scene, width, height)
+        arguments = arguments_of(world, scene, width, height)
         if not features.tree:
             return arguments
         beads, fitted = arguments["beads"], None
@@ -75,7 +79,7 @@ class Exposer:
                 self.tree = fitted = None
             self._moved = False
         if self.tree is None:
-            self.tree = Tree(pack.tree_keys(world.spheres), self._queue, kernels)
+            self.tree = Tree(tree_keys(world.spheres), self._queue, kernels)
         return arguments | (fitted or self.tree.fit(beads, kernels))
 
     def blank(self, shape: tuple[int, ...], dtype: np.dtype[Any], use: str = "picture") -> Array:
@@ -101,7 +105,7 @@ class Exposer:
         """A film as one program makes it, or a second one after it.
 
         Args:
-            programs: that of each of pack.stages().
+            programs: that of each of stages().
             size: of the whole picture, columns and rows.
             box: columns and rows of the picture that are wanted, as of a region.
             use: see blank().
@@ -126,7 +130,7 @@ class Exposer:
         # From the packet on that the first pixel is in: so each is one of the whole picture's.
         columns, rows = features.packet
         x0, y0 = x0 // columns * columns, y0 // rows * rows
-        dtype, channels = pack.FILMS[features.film]
+        dtype, channels = FILMS[features.film]
         wanted = box[3] - box[1], box[2] - box[0], channels
         shape = y1 - y0, x1 - x0, channels
         if out is not None and out.flags.c_contiguous and shape == wanted:
@@ -135,7 +139,7 @@ class Exposer:
             film = self.blank(shape, dtype, use)
         if features.nest:
             arguments = arguments | {"lost": np.zeros(2, np.int32)}
-        first, paths = arguments | pack.sampling(features, scene), None
+        first, paths = arguments | sampling(features, scene), None
         if features.hashed:
             paths = cl.Buffer(self._queue.context, cl.mem_flags.READ_WRITE, 4 * shape[0] * shape[1])
             first |= {"paths": paths, "top": np.int32(y0)}
@@ -151,7 +155,7 @@ class Exposer:
         inside = box[0] - x0, box[1] - y0, box[2] - x0, box[3] - y0
         if len(programs) > 1 and paths is not None:
             features, kernels = programs[1]
-            more = arguments | pack.sampling(features, scene)
+            more = arguments | sampling(features, scene)
             seconds += edges.refine(
                 film, (x0, y0), inside, paths, self._queue, kernels, more, progress
             )

@@ -16,10 +16,10 @@ from clrt.film import develop
 from clrt.film.decor import decorations
 from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
-from clrt.renderer import pack
 from clrt.renderer.checks import Passes, Region, check_passes, check_region, check_size, film_dtype
 from clrt.renderer.dispatch import Exposer, Program, quiet
-from clrt.renderer.pack import LANES, PRECISIONS, Features, FilmKind, Precision
+from clrt.renderer.pack.features import LANES, Features, features_of, stages
+from clrt.renderer.pack.structs import PRECISIONS, FilmKind, Precision
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -211,8 +211,8 @@ class Engine:
         while True:
             needed = {
                 kind: [
-                    pack.features(world, scene, self.lanes, kind, stage)
-                    for stage in pack.stages(scene, kind)
+                    features_of(world, scene, self.lanes, kind, stage)
+                    for stage in stages(scene, kind)
                 ]
                 for kind in kinds
             }

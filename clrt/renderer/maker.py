@@ -34,7 +34,7 @@ import msgspec
 from clrt import storage
 from clrt.errors import DeviceError, LinkError
 from clrt.opencl.device import devices, identity
-from clrt.renderer.pack import Features
+from clrt.renderer.pack.features import Features
 
 if TYPE_CHECKING:
     import pyopencl as cl

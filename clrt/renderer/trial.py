@@ -13,8 +13,11 @@ from msgspec.structs import replace
 from clrt.errors import DeviceError
 from clrt.film import metrics
 from clrt.opencl import bands, edges, pocl, program
-from clrt.renderer import pack, samples
+from clrt.renderer import samples
 from clrt.renderer.dispatch import Exposer
+from clrt.renderer.pack.arguments import sampling
+from clrt.renderer.pack.features import TREE_FROM, Features
+from clrt.renderer.pack.structs import FILMS, PRECISIONS, Array
 from clrt.scene.camera import Camera
 from clrt.scene.film import Film
 from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
@@ -31,7 +34,7 @@ SIZE = (101, 13)  # whole packets and a part of one
 SAMPLED_SIZE, SAMPLES = (37, 5), 17  # a whole round and a part of one
 
 
-def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+def try_here(device: "cl.Device", source: str, features: Features) -> bytes:
     """The binary of a program that is compiled and tried in this process: a compiler that crashes
     takes the process with it.
 
@@ -42,7 +45,7 @@ def try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes
         return _try_here(device, source, features)
 
 
-def _try_here(device: "cl.Device", source: str, features: pack.Features) -> bytes:
+def _try_here(device: "cl.Device", source: str, features: Features) -> bytes:
     import pyopencl as cl
 
     context = cl.Context([device])
@@ -54,10 +57,10 @@ def _try_here(device: "cl.Device", source: str, features: pack.Features) -> byte
     exposer = Exposer(queue, features.precision)
     arguments = exposer.arguments(scene, width, height, (features, kernels), 0)
     if features.refine:
-        dtype, channels = pack.FILMS[features.film]
+        dtype, channels = FILMS[features.film]
         film = np.empty((height, width, channels), dtype)
         everywhere = bands.upload(context, {"paths": np.arange(film.size, dtype=np.uint32)})
-        arguments = arguments | pack.sampling(features, scene)
+        arguments = arguments | sampling(features, scene)
         if features.nest:
             arguments["lost"] = np.zeros(2, np.int32)
         edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
@@ -68,12 +71,12 @@ def _try_here(device: "cl.Device", source: str, features: pack.Features) -> byte
     return program.binary(built)
 
 
-def size_for(features: pack.Features) -> tuple[int, int]:
+def size_for(features: Features) -> tuple[int, int]:
     """Of the picture: the truth of one with samples takes as many times as long."""
     return SAMPLED_SIZE if features.refine or features.gather else SIZE
 
 
-def scene_for(features: pack.Features) -> Scene:
+def scene_for(features: Features) -> Scene:
     """A scene that needs just these features.
 
     A plane, which is a giant but for "literal", mirrors and shadows of two lights.
@@ -123,7 +126,7 @@ def scene_for(features: pack.Features) -> Scene:
     )
     if features.tree:  # a heap of beads, on and behind the others
         random = np.random.default_rng(1)
-        beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * pack.TREE_FROM, 3))
+        beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * TREE_FROM, 3))
         spheres += tuple(Sphere(bead.tolist(), 0.06, "matte") for bead in beads)
     if features.hashed and features.gather:  # most spheres are so small that nobody sees them
         speck = Sphere((0.0, 0.2, 0.0), 1e-6, "matte")
@@ -154,10 +157,10 @@ def scene_for(features: pack.Features) -> Scene:
     )
 
 
-def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int:
+def wrong_pixels(film: Array, scene: Scene, features: Features) -> int:
     """How many pixels are off by more than rounding makes them, away from edges."""
     truth: tracer.Truth = "seed" if features.precision == "literal" else "exact"
-    real = pack.PRECISIONS[features.precision]
+    real = PRECISIONS[features.precision]
     wide, size = real if truth == "seed" else np.float64, size_for(features)
     scene = _as_known(scene)
     trace = tracer.trace(scene, *size, truth, wide)
@@ -170,7 +173,7 @@ def wrong_pixels(film: pack.Array, scene: Scene, features: pack.Features) -> int
         shown = film / np.float64(255) if features.film == "bytes" else film
         true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
         if features.refine or features.gather:
-            count = int(pack.sampling(features, scene)["samples"])
+            count = int(sampling(features, scene)["samples"])
             true = tracer.mean(scene, *size, samples.offsets(count))
         if features.film != "alpha":
             true = true[..., :3]
@@ -193,12 +196,10 @@ def _as_known(scene: Scene) -> Scene:
     return replace(scene, lights=tuple(lights), materials=materials, camera=camera, indirect=False)
 
 
-def _wrong_passes(film: pack.Array, trace: tracer.Trace) -> pack.Array:
+def _wrong_passes(film: Array, trace: tracer.Trace) -> Array:
     seen = trace.id >= 0
     depth = np.where(seen, trace.depth, 0)
     off = (film["id"] != trace.id) | ((film["depth"] < np.inf) != seen)
     off |= abs(np.where(seen, film["depth"], 0) - depth) > metrics.QUARTER_STEP * (1 + abs(depth))
-    wrong: pack.Array = off | (
-        abs(film["normal"] - trace.normal).max(axis=2) > metrics.QUARTER_STEP
-    )
+    wrong: Array = off | (abs(film["normal"] - trace.normal).max(axis=2) > metrics.QUARTER_STEP)
     return wrong

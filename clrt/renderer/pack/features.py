@@ -1,0 +1,186 @@
+"""Features: what a program is compiled for. Nothing else decides what a scene needs."""
+
+from typing import Literal, TypeAlias
+
+import msgspec
+from msgspec.structs import replace
+
+from clrt.errors import RequestError
+from clrt.renderer import glass
+from clrt.renderer.pack.structs import FILMS, FilmKind, Precision
+from clrt.renderer.pack.world import World
+from clrt.scene import lens
+from clrt.scene.camera import Camera
+from clrt.scene.light import DirectionalLight, Shining, SpotLight
+from clrt.scene.scene import Scene, beyond_paper
+
+LANES = (1, 2, 4, 8, 16)
+
+
+class Features(msgspec.Struct, frozen=True):
+    """What a program is compiled for: what the picture is to be, and what its scene uses.
+
+    The kernels know each field by its name in capitals, a precision and a film by their values.
+    """
+
+    lanes: int
+    precision: Precision
+    film: FilmKind
+    reflection: bool = False
+    """A path can go on after its first hit."""
+    orthographic: bool = False
+    long_lens: bool = False
+    """What fills the picture may be far away against its size."""
+    light_inside: bool = False
+    """A light is inside a sphere."""
+    tree: bool = False
+    """There are so many spheres that a tree over them pays."""
+    sphere_colors: bool = False
+    """Spheres have colours of their own."""
+    ambient: bool = False
+    """There is ambient light."""
+    attenuation: bool = False
+    """A light gets weaker with distance."""
+    spot: bool = False
+    """A light shines into a cone."""
+    phong: bool = False
+    """A material's highlight is Phong's."""
+    nest: int = 0
+    """How many transparent spheres a ray can be inside of at once; 0: there are none."""
+    split: bool = False
+    """A surface mirrors and transmits."""
+    background: bool = False
+    """Rays that leave the scene after a mirror see something there."""
+    round: bool = False
+    """A light is a ball or a disc."""
+    occlusion: bool = False
+    """Spheres hide ambient light."""
+    lens: bool = False
+    """What is out of focus is blurred."""
+    gloss: bool = False
+    """A mirror is rough."""
+    indirect: bool = False
+    """Surfaces light each other."""
+    hashed: bool = False
+    """Pixels' paths are wanted beside their colours: edges get more samples."""
+    refine: bool = False
+    """Only pixels at edges are made, each of many samples, which are the lanes."""
+    gather: bool = False
+    """Every pixel gets several samples."""
+
+    @property
+    def packet(self) -> tuple[int, int]:
+        """Columns and rows of the pixels that a work-item renders: ROW and ROWS of lanes.cl."""
+        columns = min(self.lanes, 2 if self.lanes == 4 else 4) if self.tree else self.lanes
+        return columns, self.lanes // columns
+
+    @property
+    def options(self) -> list[str]:
+        """The compiler's: every -D that the kernels know, with a number, 0 for what is not used."""
+        known = {
+            "DOUBLE": self.precision == "double",
+            "LITERAL": self.precision == "literal",
+            **{f"FILM_{film.upper()}": self.film == film for film in FILMS if film != "float"},
+            **{name.upper(): getattr(self, name) for name in USES},
+        }
+        return [f"-DLANES={self.lanes}", *(f"-D{name}={int(used)}" for name, used in known.items())]
+
+
+USES = Features.__struct_fields__[3:]
+"""What a scene may use or not."""
+
+
+TREE_FROM = 48
+"""From so many spheres on there is a tree (benchmarks/NOTES.md)."""
+SMALL, SMALLS_BASE = 0.01, 4
+"""Of what size spheres are so small that one sample misses what is between the pixels, see
+lens.middle_size(), and how many each pixel then gets (benchmarks/NOTES.md)."""
+Stage: TypeAlias = Literal["picture", "edges"]
+
+
+def stages(scene: Scene, film: FilmKind) -> list[Stage]:
+    """What a film is made in: where a pixel gets more samples only if it is at an edge, all pixels
+    first and then these."""
+    sampled = scene.samples > 1 and film not in ("passes", "paths")
+    return ["picture", "edges"] if sampled and not scene.is_random else ["picture"]
+
+
+def features_of(
+    world: World, scene: Scene, lanes: int, film: FilmKind, stage: Stage = "picture"
+) -> Features:
+    """What the program of a scene must have.
+
+    Raises:
+        RequestError: the precision does not know something of it.
+    """
+    if world.precision == "literal" and (key := beyond_paper(scene)):
+        raise RequestError(f"precision: literal knows no {key}, expected robust or double")
+    seen = Features(
+        lanes,
+        world.precision,
+        film,
+        orthographic=scene.camera.orthographic,
+        long_lens=starts_ahead(world, scene.camera),
+        tree=has_tree(world),
+        nest=world.nest,
+    )
+    if film == "passes":  # the camera's rays end where they meet something, lit or not
+        return seen
+    adaptive = len(stages(scene, film)) > 1
+    random = scene.is_random and film != "paths"
+    used = world.materials.values()
+    return replace(
+        seen,
+        reflection=_goes_on(world, scene),
+        light_inside=len(world.light_inside) > 0,
+        sphere_colors=world.colors is not None,
+        ambient=len(world.shades) > len(world.shining) + len(world.skies),
+        attenuation=any(map(_fades, world.shining)),
+        spot=any(isinstance(light, SpotLight) for light in world.shining),
+        phong=any(material.highlight == "phong" for material in used),
+        split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
+        background=_shows_background(world, scene),
+        round=any(light.is_round for light in world.shining),
+        hashed=adaptive and stage == "picture",
+        occlusion=random and len(world.skies) > 0,
+        lens=random and scene.camera.has_lens,
+        gloss=random and scene.is_glossy,
+        indirect=random and scene.is_indirect,
+        refine=stage == "edges",
+        gather=random or (adaptive and stage == "picture" and base_samples(scene) > 1),
+    )
+
+
+def has_tree(world: World) -> bool:
+    """Whether there is a tree over the spheres."""
+    return world.precision != "literal" and len(world.spheres) >= TREE_FROM
+
+
+def starts_ahead(world: World, camera: Camera) -> bool:
+    """Whether rays start ahead of the camera. From inside glass its far side is seen, however near
+    it is."""
+    known = world.precision != "literal"
+    return known and lens.is_long(camera) and not len(world.media(camera))
+
+
+def base_samples(scene: Scene) -> int:
+    """How many samples each pixel gets, at an edge or not."""
+    small = lens.middle_size(scene.camera, scene.spheres) < SMALL
+    return min(SMALLS_BASE if small else 1, scene.samples)
+
+
+def _goes_on(world: World, scene: Scene) -> bool:
+    """Whether a path can go on after its first hit."""
+    used = world.materials.values()
+    goes_on = scene.indirect or any(m.reflection > 0 or m.transmission > 0 for m in used)
+    return scene.max_depth > 1 and goes_on
+
+
+def _shows_background(world: World, scene: Scene) -> bool:
+    """Elsewhere than where the camera sees it directly: clrt.film.develop adds it there."""
+    return any(scene.film.background) and _goes_on(world, scene)
+
+
+def _fades(light: Shining) -> bool:
+    """Whether a light gets weaker with distance."""
+    return not isinstance(light, DirectionalLight) and light.attenuation != (1, 0, 0)

@@ -1,0 +1,128 @@
+"""Spheres: as the kernel tests them, one by one or in a tree."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from clrt.renderer import glass
+from clrt.renderer.pack.structs import MAX_RADIUS, VEIL, Array, Real, glass_dtype, sphere_dtype
+from clrt.scene import lens
+from clrt.scene.material import Material
+from clrt.scene.spheres import Spheres
+
+GIANT = 4.0
+"""A sphere is a giant if its radius is over this many times the camera's distance from its surface.
+
+Near the surface of any other sphere |f|^2 - r^2 is off by up to 3 * 2^-24 r^2, which moves it by
+1.5 * 2^-24 r: at most 6 units in the last place of that distance.
+"""
+
+
+def _is_giant(center: Array, radius: Array) -> Array:
+    """Which spheres are giants, of their centres from the camera."""
+    giant: Array = radius > GIANT * abs(np.linalg.norm(center, axis=1) - radius)
+    return giant
+
+
+def extent(center: Array, radius: Array) -> Any:
+    """How far the spheres reach from the camera; of giants, the distance of their anchors."""
+    distance = np.linalg.norm(center, axis=1)
+    reach = np.where(_is_giant(center, radius), abs(distance - radius), distance + radius)
+    return reach.max(initial=0)
+
+
+def reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
+    """How far many spheres reach from the origin, as extent(), and which are giants."""
+    farthest, giants = 0.0, []
+    for block in lens.blocks(len(spheres)):
+        radius = spheres.radius[block].astype(np.float64)
+        away = spheres.center[block] - origin
+        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+        surface = abs(distance - radius)
+        giant = radius > GIANT * surface
+        farthest = max(farthest, float(np.where(giant, surface, distance + radius).max(initial=0)))
+        giants.append(np.flatnonzero(giant) + block.start)
+    return farthest, np.concatenate(giants)
+
+
+def pack_spheres(
+    center: Array,
+    radius: Array,
+    bias: float,
+    real: Real,
+    literal: bool = False,
+) -> Array:
+    """Spheres from centres (n, 3) in camera space and radii (n,), of about unit extent.
+
+    The rounding of a giant's anchor moves it off the surface. c0 takes that up: it is computed from
+    the rounded anchor, before it is rounded itself.
+    """
+    giant = _is_giant(center, radius) & (not literal)
+    distance = np.linalg.norm(center, axis=1)
+    toward = np.where(giant, (distance - radius) / np.where(giant, distance, 1), 1)
+    anchor = (toward[:, np.newaxis] * center).astype(real)
+    offset = np.where(giant[:, np.newaxis], anchor - center, 0)
+    flat = np.minimum(radius, MAX_RADIUS)
+
+    spheres = np.zeros(len(radius), sphere_dtype(real))
+    spheres["anchor"] = anchor
+    spheres["offset"] = (flat / radius)[:, np.newaxis] * offset
+    above = np.linalg.norm(offset, axis=1) - radius  # the anchor, above the surface
+    spheres["c0"] = above * (2 * flat + above)
+    above = distance - radius  # the camera
+    spheres["camera_c"] = above * (2 * flat + above)
+    spheres["inv_radius"] = 1 / np.maximum(flat, np.finfo(real).tiny)
+    # A point lifted by `bias` off its sphere sees a light past the sphere down to this cosine: the
+    # paper's shadow test, without a sphere tested against its own rounding.
+    horizon = -np.sqrt(bias * (2 * radius + bias)) / (radius + bias)
+    spheres["horizon"] = -2 if literal else horizon
+    spheres["giant"] = giant
+    return spheres
+
+
+def beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
+    """(spheres, 4) of real: centre from the origin, and radius, scaled."""
+    found = np.empty((len(spheres), 4), real)
+    for block in lens.blocks(len(spheres)):
+        found[block, :3] = (spheres.center[block] - origin) * scale
+        found[block, 3] = spheres.radius[block] * np.float64(scale)
+    return found
+
+
+def tree_keys(spheres: Spheres) -> Array:
+    """What a tree is ordered by, (spheres, 4) float32: centre and twice the radius, in units of the
+    box around the centres, from about the middle one: so a ball of radius 1e9 as a ground leaves
+    the others their digits."""
+    sides = spheres.center.T.astype(np.float64, copy=False)  # each by itself: twice as fast
+    half = float(max(np.max(side) / 2 - np.min(side) / 2 for side in sides)) or 1.0
+    some = spheres.center[:: -(-len(spheres) // lens.LOOKED_AT)].astype(np.float64, copy=False)
+    middle = np.sort(some, axis=0)[len(some) // 2]
+    keys = np.empty((len(spheres), 4), np.float32)
+    for block in lens.blocks(len(spheres)):
+        # Halves, lest two centres be farther apart than any number.
+        keys[block, :3] = (spheres.center[block] / 2 - middle / 2) / half
+        keys[block, 3] = np.minimum(spheres.radius[block] / np.float64(half), 1e30)
+    return keys
+
+
+def panes(
+    materials: Sequence[Material], material_of: Array, spheres: Spheres, real: Real
+) -> tuple[Array | None, int, Array]:
+    """What concerns rays through each sphere, how many they can be inside of, and which spheres are
+    as if they were not there; None, 0 and none if no sphere is transparent."""
+    none = np.zeros(0, np.int64)
+    transmission = np.array([m.transmission for m in materials], np.float64)
+    transparent = (transmission > 0)[material_of] if len(materials) else none
+    where = np.flatnonzero(transparent)
+    if len(where) == 0:
+        return None, 0, none
+    met = glass.meetings(spheres.center[where].astype(np.float64), spheres.radius[where])
+    nothing = np.array([glass.is_nothing(m) for m in materials], bool)[material_of[where]]
+    found = np.zeros(len(spheres), glass_dtype(real))
+    found["order"] = glass.orders(spheres.radius, transparent)
+    unit = VEIL[real]
+    with np.errstate(divide="ignore"):
+        veil = np.minimum(-np.log2(transmission) * unit, 128 * unit - 1)
+    found["veil"] = np.rint(veil).astype(np.int64)[material_of]
+    return found, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]

@@ -1,0 +1,164 @@
+"""World: what of a scene does not depend on its camera: spheres, materials and lights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt.renderer import glass
+from clrt.renderer.pack import lights, spheres
+from clrt.renderer.pack.structs import (
+    COLORS,
+    MAX_COLOR,
+    MAX_EXPONENT,
+    PRECISIONS,
+    Array,
+    Precision,
+    material_dtype,
+    medium_dtype,
+    overflow,
+    shade_dtype,
+)
+from clrt.scene.camera import Camera
+from clrt.scene.light import AmbientLight, LightKind, Shining
+from clrt.scene.material import Material
+from clrt.scene.scene import Scene
+from clrt.scene.spheres import Sphere, Spheres
+from clrt.values import BLACK
+
+
+@dataclass(frozen=True)
+class World:
+    """Of a scene, packed."""
+
+    precision: Precision
+    given: Sequence[Sphere]
+    lights: Sequence[LightKind]
+    materials: dict[str, Material]
+    spheres: Spheres
+    shining: tuple[Shining, ...]
+    """The lights that cast shadows."""
+    skies: tuple[AmbientLight, ...]
+    """Ambient light that spheres hide."""
+    material_of: Array
+    """(spheres,) int32: the index of each one's material."""
+    light_inside: Array
+    """int64: the spheres that a light is inside of, in order."""
+    packed_materials: Array
+    shades: Array
+    """(shining lights, materials), then a row for ambient light that reaches every point, if there
+    is any, then one for each of the skies."""
+    colors: Array | None
+    """(spheres, 3) of real, if they have their own."""
+    glass: Array | None
+    """(spheres,) of glass_dtype, if some are transparent."""
+    nest: int
+    """How many transparent spheres a ray can be inside of at once."""
+    gone: Array
+    """Indices of spheres that are as if they were not there."""
+
+    def is_of(self, scene: Scene) -> bool:
+        """Whether it is this scene's: by identity of the spheres, which can be many."""
+        return (
+            self.given is scene.spheres
+            and self.lights == scene.lights
+            and self.materials == scene.materials
+        )
+
+    def media(self, camera: Camera) -> Array:
+        """The transparent spheres that a camera is inside of, the smallest first: (n,) of
+        medium_dtype."""
+        real = PRECISIONS[self.precision]
+        if self.glass is None:
+            return np.zeros(0, medium_dtype(real))
+        inside = glass.around(camera, self.spheres, self.glass["order"] > 0)
+        inside = np.setdiff1d(inside, self.gone, assume_unique=True)
+        found = np.zeros(len(inside), medium_dtype(real))
+        found["sphere"] = inside + 1
+        found["order"] = self.glass["order"][inside]
+        found["ior"] = self.packed_materials["ior"][self.material_of[inside]]
+        found[::-1].sort(order="order")
+        return found
+
+
+def pack_world(scene: Scene, precision: Precision) -> World:
+    """Packs what does not depend on the camera."""
+    real = PRECISIONS[precision]
+    materials = list(scene.materials.values())
+    shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
+    ambient = [light for light in scene.lights if isinstance(light, AmbientLight)]
+    open_ambient = [light for light in ambient if not light.occlusion]
+    skies = tuple(light for light in ambient if light.occlusion)
+    many = Spheres.of(scene.spheres)
+    index = {name: i for i, name in enumerate(scene.materials)}
+    places = np.array([index[name] for name in many.names or ()], np.int32)
+    material_of = places[many.material_index]
+    panes, nest, gone = spheres.panes(materials, material_of, many, real)
+    with overflow(precision):
+        packed_materials = _materials(materials, precision)
+        shades = _shades(materials, shining, open_ambient, skies, precision)
+        colors = None
+        if many.color is not None:
+            colors = np.clip(many.color, -MAX_COLOR, MAX_COLOR).astype(real)
+    inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
+    return World(
+        precision=precision,
+        given=scene.spheres,
+        lights=scene.lights,
+        materials=dict(scene.materials),
+        spheres=many,
+        shining=shining,
+        skies=skies,
+        material_of=material_of,
+        light_inside=np.flatnonzero(inside),
+        packed_materials=packed_materials,
+        shades=shades,
+        colors=colors,
+        glass=panes,
+        nest=nest,
+        gone=gone,
+    )
+
+
+def _materials(materials: Sequence[Material], precision: Precision) -> Array:
+    """(materials,) of material_dtype."""
+    wide = np.longdouble
+    found = np.zeros(len(materials), material_dtype(PRECISIONS[precision]))
+    found["exponent"] = list(map(_exponent, materials))
+    for name in ("reflection", "transmission", "ior", "fresnel"):
+        found[name] = [getattr(m, name) for m in materials]
+    sine = np.array([m.roughness for m in materials], wide)
+    found["spread"] = sine**2 / (1 + np.sqrt(1 - sine**2))
+    diffuse = np.array([m.diffuse for m in materials], wide).reshape(-1, 3)
+    found["diffuse"] = np.clip(diffuse, 0, MAX_COLOR)
+    return found
+
+
+def _exponent(material: Material) -> float:
+    """As the kernel takes it, see Material of shading.cl."""
+    if material.highlight == "phong":
+        return -min(material.shininess / 2, MAX_EXPONENT)
+    return min(material.shininess / 8, MAX_EXPONENT)
+
+
+def _shades(
+    materials: Sequence[Material],
+    shining: Sequence[Shining],
+    ambient: Sequence[AmbientLight],
+    skies: Sequence[AmbientLight],
+    precision: Precision,
+) -> Array:
+    """What each material makes of each light, see World.shades. ambient: the ambient light that
+    reaches every point."""
+    wide = np.longdouble
+    rows = len(shining) + bool(ambient) + len(skies)
+    found = np.zeros((rows, len(materials)), shade_dtype(PRECISIONS[precision]))
+    for color in COLORS:
+        of_material = np.array([getattr(m, color) for m in materials], wide).reshape(-1, 3)
+        of_lights = [getattr(light, color) for light in shining]
+        from_all_sides = [np.sum([light.ambient for light in ambient], axis=0)] if ambient else []
+        from_all_sides += [sky.ambient for sky in skies]
+        of_lights += [light if color == "ambient" else BLACK for light in from_all_sides]
+        for row, of_light in zip(found[color], of_lights, strict=True):
+            row[:] = np.clip(of_material * np.array(of_light, wide), -MAX_COLOR, MAX_COLOR)
+    return found
