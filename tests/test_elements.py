@@ -95,7 +95,7 @@ def test_what_is_no_atoms_name(name: str) -> None:
     ("masses", "symbols"),
     [
         ([1.008, 12.011, 15.9994, 14.007, 30.974, 22.99], "H C O N P Na"),
-        ([12.0, 1.0, 16.0], "C H O"),
+        ([12.0, 1.008, 16.0], "C H O"),
         ([2.014, 12.01], "H C"),
         ([39.948, 40.078, 39.0983], "Ar Ca K"),
         ([35.5, 55.85, 63.5], "Cl Fe Cu"),
@@ -108,6 +108,20 @@ def test_of_masses(masses: list[float], symbols: str) -> None:
     assert [elements.SYMBOLS[z] for z in found] == symbols.split()
 
 
-@pytest.mark.parametrize("masses", [[], [1.0, 1.0], [12.011, 15.035], [0.5], [np.nan], [72.0], [0]])
+@pytest.mark.parametrize(
+    "masses",
+    [
+        [],
+        [1.0, 1.0],
+        [12.011, 15.035],
+        [0.5],
+        [np.nan],
+        [72.0],
+        [0],
+        [12.0, 1.0, 16.0],
+        [1.0, 4.0],
+        [1.008, 4.003],
+    ],
+)
 def test_masses_that_are_no_atoms(masses: list[float]) -> None:
     assert elements.of_masses(np.array(masses, float)) is None

@@ -4,8 +4,9 @@ The arrays have a row for each atomic number; row 0 is a particle that is no ato
 clrt/tables/elements.csv names the sources.
 """
 
+import functools
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -30,12 +31,28 @@ NUMBERS = {symbol: number for number, symbol in enumerate(SYMBOLS)} | {"D": 1, "
 # Names of atoms in force fields whose first letter is not their element's.
 _TWO_LETTERS = ("Cl", "Br", "Na", "Mg", "Zn", "Fe", "Mn", "Cu", "Si", "Se", "Li")
 _UPPER = {symbol.upper(): NUMBERS[symbol] for symbol in _TWO_LETTERS}
-_IONS = {"SOD": "Na", "CLA": "Cl", "POT": "K", "CAL": "Ca", "CES": "Cs"}
-_UPPER |= {name: NUMBERS[symbol] for name, symbol in _IONS.items()}
+# Ions of CHARMM, Amber and GROMACS.
+_IONS = {
+    "SOD": "Na", "NIO": "Na", "CIP": "Na", "CIO": "Na", "CLA": "Cl", "CIM": "Cl", "POT": "K",
+    "CAL": "Ca", "CES": "Cs", "RUB": "Rb", "LIT": "Li", "BAR": "Ba", "IOD": "I", "CAD": "Cd",
+}  # fmt: skip
+_ION_NUMBERS = {name: NUMBERS[symbol] for name, symbol in _IONS.items()}
+_UPPER |= _ION_NUMBERS
 _ORGANIC = "HCNOPSFK"
+_SITES = ("MW", "LP", "EP", "EPW", "M")
+"""Names of places beside the atoms of a model of water, which are no atoms."""
+_BEADS = re.compile(r"BB\d?|SC[1-6]|W|WF|PW|WP|NC3|PO4|GL\d|P[1-6]|Q[0-5a-z]*|T?[QN]d?a?")
+"""Names of what stands for several atoms in Martini, https://cgmartini.nl."""
+_ATOMS = ("N",)  # of those names, one that atoms have
+MANY = 20
+"""Names are no elements' if one in so many is a bead's, or a rare element's."""
+COMMON = 54
+"""Elements of larger atomic numbers are rare."""
 
 MASS_TOLERANCE = 0.1  # daltons; force fields round to 0.1, and Ar and Ca are 0.13 apart
 DEUTERIUM = 2.014
+LIGHTEST = 4.1
+"""Masses that are all at most so much, as 1 and 4, are in reduced units."""
 
 
 def of_symbols(symbols: Iterable[str]) -> list[int] | None:
@@ -44,13 +61,56 @@ def of_symbols(symbols: Iterable[str]) -> list[int] | None:
     return None if None in found else found  # type: ignore[return-value]
 
 
-def of_names(names: Iterable[str]) -> list[int] | None:
+def of_names(
+    names: Iterable[str],
+    residues: Iterable[str] | None = None,
+    counts: Iterable[int] | None = None,
+) -> list[int] | None:
     """The atomic numbers that names of atoms speak of, as CA, 1HB2, OW, Fe2+ or C12.
 
-    None if one says nothing: what is no atom has names as well.
+    Args:
+        residues: the name of each one's residue: CA is a carbon in ALA, and calcium in CA.
+        counts: how many atoms have each name; None: one.
+
+    Returns:
+        None if one says nothing, for what is no atom has names as well, or if doubt() has doubts.
     """
-    found = [_of_name(name) for name in names]
-    return None if None in found else found  # type: ignore[return-value]
+    names = list(names)
+    counts = None if counts is None else list(counts)
+    residues = None if residues is None else list(residues)
+    found = each_of_names(names, residues)
+    if None in found or doubt(names, found, counts, residues) is not None:
+        return None
+    return found  # type: ignore[return-value]
+
+
+def each_of_names(names: Iterable[str], residues: Iterable[str] | None = None) -> list[int | None]:
+    """The same for each name by itself; None where one says nothing."""
+    if residues is None:
+        return [_of_name(name) for name in names]
+    return [_in_residue(name, residue) for name, residue in zip(names, residues, strict=True)]
+
+
+def doubt(
+    names: Sequence[str],
+    numbers: Sequence[int | None],
+    counts: Sequence[int] | None = None,
+    residues: Sequence[str] | None = None,
+) -> str | None:
+    """Why names are taken for no elements, or None: more than one in MANY is a bead's, or that of
+    an element above COMMON, as W, which is Martini's water more often than tungsten. Ions are
+    known by their residues."""
+    counts = [1] * len(names) if counts is None else counts
+    of = [""] * len(names) if residues is None else residues
+    odd = dict[str, int]()
+    for name, number, count, residue in zip(names, numbers, counts, of, strict=True):
+        is_ion = name.upper() in _ION_NUMBERS or _residues().get(residue.upper()) == "ions"
+        is_bead = name not in _ATOMS and _BEADS.fullmatch(name)
+        if not is_ion and ((number or 0) > COMMON or is_bead):
+            odd[name] = odd.get(name, 0) + count
+    if MANY * sum(odd.values()) <= sum(counts):
+        return None
+    return f"names as {', '.join(sorted(odd)[:4])} are taken for types, not for elements"
 
 
 def _of_name(name: str) -> int | None:
@@ -60,16 +120,41 @@ def _of_name(name: str) -> int | None:
         return NUMBERS.get(word[:2], NUMBERS.get(word[:1]))
     if word in _UPPER:
         return _UPPER[word]
+    if word in _SITES:
+        return 0
     if len(word) == 1 or word[0] in _ORGANIC:
         return NUMBERS.get(word[0])
     return None
 
 
+def _in_residue(name: str, residue: str) -> int | None:
+    kind, word = _residues().get(residue.upper()), re.sub("[^A-Z]", "", name.upper())
+    if kind in ("protein", "nucleic"):
+        return NUMBERS["Se"] if word == "SE" else NUMBERS.get(word[:1])
+    if kind == "water" and word != "W" and word != "PW":
+        return NUMBERS.get(word[:1], 0) if word[:1] in ("O", "H", "D") else 0
+    if word in _ION_NUMBERS:
+        return _ION_NUMBERS[word]
+    if (kind == "ions" and len(word) == 2) or word == re.sub("[^A-Z]", "", residue.upper()):
+        return NUMBERS.get(word.capitalize(), _of_name(name))
+    return _of_name(name)
+
+
+@functools.cache
+def _residues() -> dict[str, str]:
+    """What residues are, by their names."""
+    rows = (storage.folder("tables") / "residues.csv").read_text().splitlines()
+    split = [row.split(",") for row in rows if row.startswith("residue,")]
+    return {name: what for _, what, names in split for name in names.split()}
+
+
 def of_masses(masses: Array) -> Array | None:
-    """(n,) uint8: atomic numbers by mass, or None if one has no such mass, as united atoms, or all
-    are 1, as in reduced units."""
+    """(n,) uint8: atomic numbers by mass in g/mol, or None if one has no such mass, as united
+    atoms, or all are at most LIGHTEST or whole numbers, as in reduced units."""
     kinds, which = np.unique(masses, return_inverse=True)
-    if len(kinds) == 0 or len(kinds) > len(MASSES) or (kinds == 1).all():
+    if len(kinds) == 0 or len(kinds) > len(MASSES):
+        return None
+    if (kinds <= LIGHTEST).all() or (kinds == np.rint(kinds)).all():
         return None
     away = np.abs(kinds[:, np.newaxis] - MASSES[1:])
     numbers = away.argmin(axis=1) + 1

@@ -24,6 +24,7 @@ from clrt.files.particles.naming import (
     OPACITIES,
     POSITIONS,
     RADII,
+    RESIDUES,
     SEMI_AXES,
     SHAPES,
     TYPES,
@@ -139,7 +140,7 @@ def particles(
     unit = left.unit_of("x", *POSITIONS) or unit
     colors = _colors(left)
     radii = _radii(left, positions, source, unit)
-    numbers, types, type_names = _elements_and_types(left, type_names)
+    numbers, types, type_names = _elements_and_types(left, type_names, source)
     values, texts = _others(left, source, len(positions))
     _say_opacity(values, source)
     mask, said = rules.kept(positions, radii)
@@ -238,12 +239,15 @@ def _enclosing(left: Columns, source: str) -> Array | None:
 
 
 def _elements_and_types(
-    left: Columns, type_names: tuple[str, ...] | None
+    left: Columns, type_names: tuple[str, ...] | None, source: str
 ) -> tuple[Array | None, Array | None, tuple[str, ...] | None]:
     """The elements that a column has; or those of the types' names, the names or the masses."""
+    is_sure = type_names is not None
     numbers, types = left.take(*ELEMENTS), left.take(*TYPES)
     if numbers is not None and _are_names(numbers):
-        species, numbers = numbers, _numbers(numbers, elements.of_symbols, elements.of_names)
+        species, numbers = numbers, _of_symbols(numbers)
+        if numbers is None:
+            numbers, _ = _of_names(species, None, source)
         if numbers is None and types is None:
             types = species
     if types is not None and _are_names(types):
@@ -251,21 +255,42 @@ def _elements_and_types(
     if numbers is None and type_names is not None and types is not None:
         known = elements.of_symbols(type_names)
         numbers = None if known is None else np.take(np.array(known, np.uint8), types, mode="clip")
-    if numbers is None and (names := left.get(*NAMES)) is not None and _are_names(names):
-        numbers = _numbers(names, elements.of_names)
+    names = left.get(*NAMES)
+    if numbers is None and names is not None and _are_names(names) and not is_sure:
+        numbers, is_doubtful = _of_names(names, left.get(*RESIDUES), source)
+        if is_doubtful and types is None:
+            type_names, types = distinct(names)
     if numbers is None and (masses := left.get(*MASSES)) is not None and not _are_names(masses):
         numbers = elements.of_masses(masses)
     return numbers, types, type_names
 
 
-def _numbers(names: Array, *ways: Callable[[tuple[str, ...]], list[int] | None]) -> Array | None:
-    """(n,) uint8: the elements by the first way that knows all names, or None."""
+def _of_symbols(names: Array) -> Array | None:
+    """(n,) uint8: the elements whose symbols these are, or None: one is no symbol."""
     kinds, which = distinct(names)
-    for way in ways:
-        if (known := way(kinds)) is not None:
-            found: Array = np.array(known, np.uint8)[which]
-            return found
-    return None
+    known = elements.of_symbols(kinds)
+    return None if known is None else frozen(np.array(known, np.uint8)[which])
+
+
+def _of_names(names: Array, residues: Array | None, source: str) -> tuple[Array | None, bool]:
+    """(n,) uint8: the elements that names of atoms speak of, or None; and whether they may be names
+    of elements and are taken for none, which a warning says."""
+    kinds, which = distinct(names)
+    known: list[str] = list(kinds)
+    of = None
+    if residues is not None and _are_names(residues):
+        others, whose = distinct(residues)
+        pairs, which = np.unique(which * len(others) + whose, return_inverse=True)
+        two = [divmod(pair, len(others)) for pair in pairs.tolist()]
+        known, of = [kinds[i] for i, _ in two], [others[j] for _, j in two]
+    found = elements.each_of_names(known, of)
+    why = elements.doubt(known, found, np.bincount(which).tolist(), of)
+    if why is not None:
+        rules.say(source, why)
+        return None, True
+    if None in found or not found:
+        return None, False
+    return frozen(np.array(found, np.uint8)[which]), False
 
 
 def _others(left: Columns, source: str, n: int) -> tuple[dict[str, Array], dict[str, Array]]:

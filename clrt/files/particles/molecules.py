@@ -1,73 +1,157 @@
-"""PDB, mmCIF and CIF, read by gemmi (https://gemmi.readthedocs.io), the extra clrt[mol]."""
+"""Molecules: atoms as PDB and CIF files list them, which elements they are and which are drawn."""
 
-from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from clrt.errors import RequestError, SceneError
-from clrt.files.particles.columns import particles
-from clrt.particles.particles import Particles
+from clrt.errors import SceneError
+from clrt.files.particles import rules
+from clrt.files.particles.columns import distinct, particles
+from clrt.particles import elements
+from clrt.particles.particles import Particles, bonds_among
+from clrt.particles.texts import Text
+from clrt.particles.texts import distinct as texts
 from clrt.values import Array
 
+ALTLOCS = ("most", "all")
+"""Which of an atom's alternate locations there are: the most occupied, or all."""
+SAME = 1e-3
+"""Angstroms; atoms nearer than about this are at one site."""
 
-class Models:
-    """The models of a file, which are its frames. All of them are in memory.
 
-    A CIF file without coordinates in angstroms is a crystal: its one frame is its unit cell.
+class Options(NamedTuple):
+    """What can be asked of a file of molecules."""
 
-    Raises:
-        RequestError: gemmi is not installed.
-        SceneError: there are no atoms in it.
+    altloc: str = "most"
+    """One of ALTLOCS."""
+    assembly: str | None = None
+    """The name of a biological assembly; None: the atoms as listed."""
+
+
+def molecule(
+    columns: dict[str, Array],
+    symbols: Array,
+    source: str,
+    cell: Array | None,
+    altloc: str = "most",
+    bonds: Array | None = None,
+) -> Particles:
+    """The particles of a list of atoms, in its order.
+
+    Args:
+        columns: positions, name, residue, residue_id, chain, altloc, occupancy, and others.
+        symbols: (n,) text: the elements that the file names, "" where it names none.
     """
-
-    def __init__(self, path: Path) -> None:
-        try:
-            import gemmi
-        except ImportError:
-            raise RequestError(f"{path}: needs gemmi: pip install 'clrt[mol]'") from None
-        self.source = str(path)
-        structure = gemmi.read_structure(self.source)
-        flat = gemmi.FlatStructure(structure)
-        self.cell = structure.cell
-        self.columns: dict[str, Array] = {
-            "positions": np.array(flat.pos),  # they lie in gemmi's memory
-            "numbers": np.minimum(flat.elements, 119),
-            "b_factor": np.array(flat.b_iso),
-            "occupancy": np.array(flat.occ),
-        }
-        ends = np.flatnonzero(np.diff(flat.model_num)) + 1
-        if len(flat.pos) == 0 and ".cif" in path.suffixes:
-            self.cell, self.columns = _unit_cell(self.source, gemmi)
-        n = len(self.columns["positions"])
-        if n == 0:
-            raise SceneError(f"{path}: expected atoms, got none")
-        self.columns["numbers"][self.columns["numbers"] == 119] = 1  # gemmi's deuterium
-        self.bounds = [0, *ends.tolist(), n]
-
-    def frame(self, k: int) -> Particles | None:
-        """Frame k, or None after the last one."""
-        if k >= self.count():
-            return None
-        rows = slice(self.bounds[k], self.bounds[k + 1])
-        columns = {name: column[rows] for name, column in self.columns.items()}
-        cell = np.transpose(self.cell.orth.mat.tolist()) if self.cell.is_crystal() else None
-        return particles(columns, self.source, cell)
-
-    def count(self) -> int:
-        return len(self.bounds) - 1
-
-    def close(self) -> None:
-        self.columns = {}
+    n = len(columns["positions"])
+    if n == 0:
+        raise SceneError(f"{source}: expected atoms, got none")
+    columns = dict(columns)
+    numbers = _numbers(columns, symbols, source)
+    types = None
+    if numbers is None:
+        types, columns["types"] = distinct(columns["name"])
+    else:
+        columns["numbers"] = numbers
+    kept = np.ones(n, bool)
+    if altloc != "all" and "altloc" in columns:
+        kept &= _most_occupied(columns)
+        _say_left(source, int(n - np.count_nonzero(kept)), n, "another location has more occupancy")
+    if "occupancy" in columns and (columns["occupancy"] < 1).any():
+        alone = _larger(columns, numbers, kept)
+        left = int(np.count_nonzero(kept & ~alone))
+        _say_left(source, left, n, "a larger atom is at their site, which they share")
+        kept &= alone
+    for name in ("altloc", "insertion"):
+        if name in columns and (columns[name] == b"").all():
+            del columns[name]
+    if not kept.all():
+        columns = {name: column[kept] for name, column in columns.items()}
+        bonds = None if bonds is None else bonds_among(bonds, kept)
+    columns = {name: _text(one) for name, one in columns.items()}
+    return particles(columns, source, cell, type_names=types, bonds=bonds, unit="angstrom")
 
 
-def _unit_cell(source: str, gemmi: Any) -> tuple[Any, dict[str, Array]]:
-    """The cell of a crystal, and the atoms in it, by its symmetry."""
-    crystal = gemmi.read_small_structure(source)
-    sites = list(crystal.get_all_unit_cell_sites()) if crystal.sites else []
-    inside = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3) % 1.0
-    return crystal.cell, {
-        "positions": inside @ np.transpose(crystal.cell.orth.mat.tolist()),
-        "numbers": np.array([site.element.atomic_number for site in sites], int),
-        "occupancy": np.array([site.occ for site in sites], float),
-    }
+def _text(column: Array) -> Array:
+    return column.astype("S1") if column.dtype == "S0" else column
+
+
+def _say_left(source: str, left: int, n: int, why: str) -> None:
+    if left:
+        rules.say(source, f"{left} of {n} particles are left out: {why}")
+
+
+def _numbers(columns: dict[str, Array], symbols: Array, source: str) -> Array | None:
+    """(n,) uint8: the elements by their symbols, and where there are none by their names; None:
+    the names are no elements'."""
+    kinds = texts(symbols)
+    known = [elements.NUMBERS.get(kind.capitalize(), -1) for kind in kinds.kinds]
+    numbers: Array = np.array(known, np.int64)[kinds.which]
+    unknown = np.flatnonzero((numbers < 0) | (symbols == b"X") | (symbols == b""))
+    if len(unknown) == 0:
+        return numbers.astype(np.uint8)
+    pairs, which, counts = _pairs(columns, unknown)
+    names = [name for name, _ in pairs]
+    residues = [residue for _, residue in pairs]
+    found = elements.each_of_names(names, residues)
+    why = elements.doubt(names, found, counts.tolist(), residues)
+    nameless = int(counts[[number is None for number in found]].sum())
+    if why is None and nameless * elements.MANY > len(unknown):
+        odd = sorted({name for name, number in zip(names, found, strict=True) if number is None})
+        why = f"names as {', '.join(odd[:4])} are no elements: they are types"
+    if why is not None:
+        rules.say(source, why)
+        return None
+    if nameless:
+        rules.say(source, f"{nameless} of {len(numbers)} particles are of no known element")
+    numbers[unknown] = np.array([number or 0 for number in found])[which]
+    return numbers.astype(np.uint8)
+
+
+def _pairs(columns: dict[str, Array], rows: Array) -> tuple[list[tuple[str, str]], Array, Array]:
+    """The pairs of an atom's and a residue's name in these rows, which each has, and how many."""
+    names: Text = texts(columns["name"][rows])
+    if "residue" not in columns:
+        counts = np.bincount(names.which, minlength=len(names.kinds))
+        return [(name, "") for name in names.kinds], names.which, counts
+    residues = texts(columns["residue"][rows])
+    keys = names.which.astype(np.int64) * len(residues.kinds) + residues.which
+    kinds, which, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    pairs = [divmod(key, len(residues.kinds)) for key in kinds.tolist()]
+    return [(names.kinds[i], residues.kinds[j]) for i, j in pairs], which.reshape(-1), counts
+
+
+def _most_occupied(columns: dict[str, Array]) -> Array:
+    """(n,) bool: not the locations of an atom of which another one has more occupancy, and of a
+    residue of two kinds not the less occupied kind. Of equal ones the first stays."""
+    kept = np.ones(len(columns["altloc"]), bool)
+    rows = np.flatnonzero(columns["altloc"] != b"")
+    occupancy = columns.get("occupancy", np.ones(len(kept)))
+    order = rows[np.argsort(-occupancy[rows], kind="stable")].tolist()
+    keys = [
+        columns[name] for name in ("chain", "residue_id", "insertion", "copy") if name in columns
+    ]
+    residue_of = dict[tuple[object, ...], object]()
+    taken = set[tuple[object, ...]]()
+    for row in order:
+        place = tuple(key[row] for key in keys)
+        residue = columns["residue"][row] if "residue" in columns else b""
+        atom = (*place, columns["name"][row])
+        kept[row] = residue_of.setdefault(place, residue) == residue and atom not in taken
+        taken.add(atom)
+    return kept
+
+
+def _larger(columns: dict[str, Array], numbers: Array | None, kept: Array) -> Array:
+    """(n,) bool: not the smaller one of two atoms at one site, both of occupancy below 1. Atoms
+    that have names of locations are no such ones."""
+    rows = np.flatnonzero(kept & (columns["occupancy"] < 1))
+    if "altloc" in columns:
+        rows = rows[columns["altloc"][rows] == b""]
+    radii = np.zeros(len(rows)) if numbers is None else elements.VAN_DER_WAALS[numbers[rows]]
+    order = rows[np.lexsort((-columns["occupancy"][rows], -radii))]
+    alone = np.ones(len(kept), bool)
+    places = np.rint(columns["positions"][order] / SAME)
+    _, first = np.unique(places, axis=0, return_index=True)
+    alone[order] = False
+    alone[order[first]] = True
+    return alone | ~np.isfinite(columns["positions"]).all(axis=1)

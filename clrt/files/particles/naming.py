@@ -18,6 +18,7 @@ DIAMETERS = ("diameters", "diameter")
 ELEMENTS = ("numbers", "elements", "element", "species", "symbols", "symbol")
 TYPES = ("types", "type", "typeid")
 NAMES = ("names", "name")
+RESIDUES = ("residue", "resnames", "resname", "residues")
 MASSES = ("masses", "mass")
 ANGLES = ("theta", "phi", "angle", "azimuth", "polar", "zenith", "elevation", "inclination")
 """Beside one of these r is no radius."""

@@ -11,13 +11,14 @@ from typing import IO, Any, Self
 from clrt.errors import ClrtError, RequestError, SceneError
 from clrt.files.particles import (
     arrays,
+    cif,
     csv,
     hoomd,
     lammps,
     lammps_data,
-    molecules,
     objects,
     opened,
+    pdb,
     ply,
     series,
     suffix,
@@ -215,8 +216,8 @@ READERS: dict[str, Callable[[Path], Frames]] = {
     "xyz": _xyz,
     "dump": _lammps,
     "data": _text(lammps_data.read),
-    "pdb": _library("pdb", molecules.Models),
-    "cif": _library("cif", molecules.Models),
+    "pdb": _library("pdb", pdb.Models),
+    "cif": _library("cif", cif.Blocks),
     "gsd": _library("gsd", hoomd.Frames),
     "vtk": _library("vtk", lambda path: Single(lambda: vtk.read(path), lambda: None)),
 }

@@ -1,0 +1,258 @@
+"""PDB: https://www.wwpdb.org/documentation/file-format. Atoms are read by their columns, in the
+order of the file; cells and assemblies by gemmi (https://gemmi.readthedocs.io), the extra
+clrt[mol]."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clrt.errors import RequestError, SceneError
+from clrt.files.particles.molecules import Options, molecule
+from clrt.particles.particles import Particles
+from clrt.values import Array, some
+
+WIDTH = 80
+ATOMS = (b"ATOM  ", b"HETATM")
+DOTS = (34, 42, 50)
+"""Where the points of the coordinates are."""
+THREE = re.compile(rb"(-?\d+\.\d{3})\s*(-?\d+\.\d{3})\s*(-?\d+\.\d{3})")
+SERIAL = re.compile(rb"(?:ATOM  |HETATM)(\d{6,8})(?= )")
+SPACE = re.compile(rb"\s*")
+
+
+class Models:
+    """The frames of a PDB file: what stands between MODEL and ENDMDL, or before an END. All of them
+    are in memory.
+
+    Raises:
+        RequestError: gemmi is not installed, or there is no such assembly.
+        SceneError: there are no atoms, or a coordinate is no number.
+    """
+
+    def __init__(self, path: Path, options: Options = Options()) -> None:  # noqa: B008
+        try:
+            import gemmi
+        except ImportError:
+            raise RequestError(f"{path}: needs gemmi: pip install 'clrt[mol]'") from None
+        self.source, self.options = str(path), options
+        self.gemmi = gemmi
+        lines = path.read_bytes().splitlines()
+        frames, self.head, self.conect = _frames(lines)
+        if not frames:
+            raise SceneError(f"{path}: expected atoms, got none")
+        self.lines, self.frames = lines, frames
+
+    def frame(self, k: int) -> Particles | None:
+        """Frame k, or None after the last one."""
+        if k >= self.count():
+            return None
+        rows, cryst = self.frames[k]
+        columns, symbols, serials = _columns(self.source, self.lines, rows)
+        bonds = _bonds(self.conect, serials)
+        head = [*self.head, *([] if cryst is None else [cryst])]
+        structure = self.gemmi.read_pdb_string(b"\n".join(head).decode("latin1"))
+        cell = structure.cell
+        if self.options.assembly is not None:
+            columns, symbols = assembled(
+                columns, symbols, structure, self.options.assembly, self.source
+            )
+            bonds = None
+        unit = cell.is_crystal() and min(cell.a, cell.b, cell.c) > 1  # 1 Å stands for none
+        box = np.transpose(cell.orth.mat.tolist()) if unit else None
+        return molecule(columns, symbols, self.source, box, self.options.altloc, bonds)
+
+    def count(self) -> int:
+        return len(self.frames)
+
+    def close(self) -> None:
+        self.lines, self.frames = [], []
+
+
+def _frames(
+    lines: list[bytes],
+) -> tuple[list[tuple[list[int], bytes | None]], list[bytes], list[bytes]]:
+    """For each frame the numbers of its atoms' lines and its CRYST1; what stands in the file's
+    head; and the lines of bonds."""
+    frames = list[tuple[list[int], bytes | None]]()
+    head, conect, rows = list[bytes](), list[bytes](), list[int]()
+    cryst: bytes | None = None
+    for i, line in enumerate(lines):
+        start = line[:6]
+        if start in ATOMS:
+            rows.append(i)
+        elif start == b"CRYST1":
+            if rows:
+                frames.append((rows, cryst))
+                rows = []
+            cryst = line
+        elif start.startswith(b"END") or start.startswith(b"MODEL"):
+            if rows:
+                frames.append((rows, cryst))
+                rows = []
+        elif start == b"CONECT":
+            conect.append(line)
+        elif not frames and start[:6] in (b"REMARK", b"HEADER"):
+            head.append(line)
+    if rows:
+        frames.append((rows, cryst))
+    return frames, head, conect
+
+
+def _columns(
+    source: str, lines: list[bytes], rows: list[int]
+) -> tuple[dict[str, Array], Array, Array]:
+    """The columns, the symbols (n,) of the elements and the numbers (n,) of the atoms."""
+    text = b"".join([lines[row][:WIDTH].ljust(WIDTH) for row in rows])
+    letters = np.frombuffer(text, np.uint8).reshape(-1, WIDTH)
+    odd = np.flatnonzero((letters[:, DOTS] != ord(".")).any(axis=1))
+    if len(odd):
+        letters = letters.copy()
+        for i in odd.tolist():
+            mended = _mended(source, lines[rows[i]], rows[i] + 1)
+            letters[i] = np.frombuffer(mended[:WIDTH].ljust(WIDTH), np.uint8)
+
+    def field(start: int, end: int) -> Array:
+        found: Array = np.ascontiguousarray(letters[:, start:end]).view(f"S{end - start}")[:, 0]
+        return found
+
+    def numbers(start: int, end: int, name: str, blank: float | None) -> Array:
+        found = field(start, end)
+        if blank is not None:
+            empty = (letters[:, start:end] <= 32).all(axis=1)
+            found = np.where(empty, str(blank).encode(), found)
+        try:
+            return found.astype(np.float64)
+        except ValueError:
+            pass
+        for row, word in zip(rows, found.tolist(), strict=True):
+            try:
+                float(word)
+            except ValueError:
+                said = word.decode("latin1")
+                raise SceneError(
+                    f"{source}: line {row + 1}: expected a number as {name}, got {said!r}"
+                ) from None
+        raise AssertionError
+
+    xyz = [numbers(a, a + 8, axis, None) for a, axis in ((30, "x"), (38, "y"), (46, "z"))]
+    positions = np.stack(xyz, axis=1)
+    if len(odd):
+        for i in odd.tolist():
+            if found := THREE.search(lines[rows[i]], 26):
+                positions[i] = [float(word) for word in found.groups()]
+    columns = {
+        "positions": positions,
+        "name": _stripped(field(12, 16)),
+        "residue": _stripped(field(17, 21)),
+        "residue_id": _whole(field(22, 26)),
+        "chain": _stripped(field(21, 22)),
+        "insertion": _stripped(field(26, 27)),
+        "altloc": _stripped(field(16, 17)),
+        "occupancy": numbers(54, 60, "occupancy", 1),
+        "b_factor": numbers(60, 66, "b_factor", 0),
+        "hetero": letters[:, 0] == ord("H"),
+    }
+    return columns, _stripped(field(76, 78)), _whole(field(6, 11))
+
+
+def _mended(source: str, line: bytes, number: int) -> bytes:
+    """A line whose columns are shifted by a number that was too long, with them at their places.
+
+    Raises:
+        SceneError: nobody knows where its coordinates are.
+    """
+    if (found := SERIAL.match(line)) and len(found[1]) > 5:
+        moved = line[:6] + line[6 + len(found[1]) - 5 :]
+        if all(moved[at : at + 1] == b"." for at in DOTS):
+            return moved
+        line = moved
+    if found := THREE.search(line, 26):
+        shift = found.end() - 54
+        numbers = b"".join(b"   0.000" for _ in range(3))
+        return line[: min(30, found.start())].ljust(30) + numbers + line[54 + shift :]
+    fields = [line[a : a + 8].strip() for a in (30, 38, 46)]
+    if line[30:54].split() == fields and all(map(_is_number, fields)):
+        return line
+    said = line[30:54].decode("latin1").strip()
+    raise SceneError(f"{source}: line {number}: expected coordinates x, y and z, got {said!r}")
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _stripped(column: Array) -> Array:
+    """Text without the blanks around it."""
+    found: Array = np.char.strip(column)
+    return found
+
+
+def _whole(column: Array) -> Array:
+    """Whole numbers, also hybrid-36 (https://cci.lbl.gov/hybrid_36); -1 where there is none."""
+    try:
+        return column.astype(np.int64)
+    except ValueError:
+        return np.array([_of_36(word.decode("latin1").strip()) for word in column.tolist()])
+
+
+def _of_36(word: str) -> int:
+    if re.fullmatch(r"[+-]?\d+", word):
+        return int(word)
+    width = len(word)
+    if width in (4, 5) and re.fullmatch("[A-Z][A-Z0-9]*|[a-z][a-z0-9]*", word):
+        plain, ten = int(word, 36), int(10 * 36 ** (width - 1))
+        upper = int(plain - ten + 10**width)
+        return upper if word[0].isupper() else upper + int(26 * 36 ** (width - 1))
+    return -1
+
+
+def _bonds(conect: list[bytes], serials: Array) -> Array | None:
+    """(m, 2): the bonds of CONECT between atoms that are there."""
+    if not conect:
+        return None
+    row_of = {serial: row for row, serial in reversed([*enumerate(serials.tolist())])}
+    found = set[tuple[int, int]]()
+    for line in conect:
+        words = [line[a : a + 5].decode("latin1").strip() for a in range(6, 31, 5)]
+        rows = [row_of.get(_of_36(word)) for word in words if word]
+        for other in rows[1:]:
+            if rows[0] is not None and other is not None and rows[0] != other:
+                found.add((min(rows[0], other), max(rows[0], other)))
+    return np.array(sorted(found), np.int64).reshape(-1, 2)
+
+
+def assembled(
+    columns: dict[str, Array], symbols: Array, structure: Any, name: str, source: str
+) -> tuple[dict[str, Array], Array]:
+    """The atoms of a biological assembly: those of some chains, moved by its operators.
+
+    Raises:
+        RequestError: there is none of this name.
+    """
+    every = {one.name: one for one in structure.assemblies}
+    if name not in every:
+        raise RequestError(f"{source}: assembly: expected one of {some(every, 20)}, got {name!r}")
+    rows, moved = list[Array](), list[Array]()
+    for generator in every[name].generators:
+        chains = np.array([one.encode() for one in generator.chains], "S")
+        units = np.array([one.encode() for one in generator.subchains], "S")
+        inside = np.isin(columns["subchain"], units) if len(units) and "subchain" in columns else (
+            np.isin(columns["chain"], chains))  # fmt: skip
+        here = np.flatnonzero(inside)
+        for operator in generator.operators:
+            turn = np.array(operator.transform.mat.tolist())
+            step = np.array(operator.transform.vec.tolist())
+            rows.append(here)
+            moved.append(columns["positions"][here] @ turn.T + step)
+    row = np.concatenate(rows) if rows else np.zeros(0, np.int64)
+    copied = {key: column[row] for key, column in columns.items()}
+    copied["positions"] = np.concatenate(moved) if moved else np.zeros((0, 3))
+    # Copies of one atom are no alternate locations of each other.
+    copied["copy"] = np.repeat(np.arange(len(rows)), [len(one) for one in rows])
+    return copied, symbols[row]

@@ -1,0 +1,252 @@
+"""PDB and CIF files that real programs write: order, frames, locations, elements, symmetry."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import same
+
+import clrt
+from clrt.particles import elements
+
+
+def atom(
+    serial: object, name: str, residue: str = "ALA", number: object = 1, x: float = 0.0,
+    alt: str = " ", occupancy: float = 1.0, symbol: str = "", head: str = "ATOM", chain: str = "A",
+) -> str:  # fmt: skip
+    """A line of a PDB file."""
+    return (
+        f"{head:6}{serial:>5} {name:4}{alt}{residue:<4}{chain}{number:>4}    "
+        f"{x:8.3f}{1:8.3f}{2:8.3f}{occupancy:6.2f}{10:6.2f}          {symbol:>2}\n"
+    )
+
+
+def read(path: Path, content: str, *said: str) -> list[clrt.Particles]:
+    """All frames; the warnings are those that are said."""
+    path.write_text(content)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = list(clrt.read_frames(path))
+    texts = [str(one.message) for one in caught]
+    assert len(texts) == len(said), texts
+    assert all(part in text for part, text in zip(said, texts, strict=True)), texts
+    return found
+
+
+def symbols(found: clrt.Particles) -> str:
+    assert found.elements is not None
+    return " ".join(elements.SYMBOLS[z] for z in found.elements)
+
+
+@pytest.mark.parametrize(
+    ("names", "residues", "right"),
+    [
+        ("N CA C O CB CD HA 1HB", "LEU " * 8, "N C C O C C H H"),
+        ("CA CD HG CO", "CA CD HG CO", "Ca Cd Hg Co"),
+        ("SOD CLA POT CAL CES", "SOD CLA POT CAL CES", "Na Cl K Ca Cs"),
+        ("SOD CLA NA+ ZN2", "ION ION NA+ ZN2", "Na Cl Na Zn"),
+        ("OH2 H1 HW2 MW", "TIP3 TIP3 SOL SOL", "O H H X"),
+        ("SE CG P OP1 N9 FE NA", "MSE MSE DA DA ADE HEM HEM", "Se C P O N Fe Na"),
+    ],
+)
+def test_elements_by_names_and_residues(
+    tmp_path: Path, names: str, residues: str, right: str
+) -> None:
+    known = elements.of_names(names.split(), residues.split())
+    if "P OP1" not in names:
+        assert known is not None
+        assert " ".join(elements.SYMBOLS[z] for z in known) == right
+    rows = zip(names.split(), residues.split(), strict=True)
+    content = "".join(atom(i, f"{n:<4}", r, i, i) for i, (n, r) in enumerate(rows))
+    (found,) = read(tmp_path / "a.pdb", content)
+    assert symbols(found) == right
+
+
+def test_beads_are_types(tmp_path: Path) -> None:
+    names = [("BB", "ALA"), ("SC1", "ALA"), ("W", "W"), ("P4", "W"), ("W", "PW")]
+    content = "".join(atom(i, n, r, i, i) for i, (n, r) in enumerate(names))
+    (found,) = read(tmp_path / "a.pdb", content, "are taken for types, not for elements")
+    assert found.elements is None
+    assert found.type_names == ("BB", "P4", "SC1", "W")
+    assert same(found.types, [0, 2, 3, 1, 3])
+    assert elements.of_names(["W", "BB", "P4"]) is None
+    with pytest.warns(clrt.ParticleWarning, match="taken for types"):
+        found = clrt.read({"positions": np.eye(3), "names": ["W", "BB", "P4"]})
+    assert found.elements is None
+    assert found.type_names == ("BB", "P4", "W")
+
+
+def test_a_rare_element_among_many_atoms_is_one(tmp_path: Path) -> None:
+    content = "".join(atom(i, "CA", "ALA", i, i) for i in range(30)) + atom(30, "HG", "HG", 30, 30)
+    (found,) = read(tmp_path / "a.pdb", content)
+    assert symbols(found).split()[29:] == ["C", "Hg"]
+    content = "".join(atom(i, "W", "W", i, i, symbol="W") for i in range(3))
+    (found,) = read(tmp_path / "a.pdb", content)  # an element column counts
+    assert symbols(found) == "W W W"
+
+
+def test_frames(tmp_path: Path) -> None:
+    one, two = atom(1, "N", x=1), atom(1, "N", x=2)
+    for content in (
+        f"{one}END\n{two}END\n",
+        f"MODEL 1\n{one}ENDMDL\nMODEL 2\n{two}ENDMDL\nEND\n",
+        f"MODEL 1\n{one}TER\nMODEL 2\n{two}END\n",
+        f"REMARK\r\n{one}END\r\nREMARK\r\n{two}",
+    ):
+        found = read(tmp_path / "a.pdb", content)
+        assert [frame.positions[0, 0] for frame in found] == [1, 2]
+    cells = [f"CRYST1{side:9.3f}{20:9.3f}{30:9.3f}{90:7.2f}{90:7.2f}{90:7.2f} P 1\n" for side in
+             (10, 11)]  # fmt: skip
+    found = read(tmp_path / "a.pdb", f"{cells[0]}{one}END\n{cells[1]}{two}END\n")
+    assert [frame.cell[0, 0] for frame in found if frame.cell is not None] == [10, 11]
+
+
+def test_the_files_order(tmp_path: Path) -> None:
+    content = "".join(atom(i + 1, "O", "HOH", (9998 + i) % 10000, i) for i in range(6))
+    content += "".join(atom(i + 7, "H1", "HOH", (9998 + i) % 10000, i + 6) for i in range(6))
+    (found,) = read(tmp_path / "a.pdb", content)
+    assert same(found.positions[:, 0], np.arange(12))
+    (found,) = read(tmp_path / "a.pdb", atom("A0001", "O", "HOH", "A000"))
+    assert found.values["residue_id"][0] == 10000
+
+
+def test_shifted_columns(tmp_path: Path) -> None:
+    far = atom(1, "N", symbol="N").replace("   0.000   1.000", "-1000.500   1.000")
+    long = atom(100000, "CA", x=3.5, symbol="C")
+    (found,) = read(tmp_path / "a.pdb", far + long)
+    assert same(found.positions, [[-1000.5, 1, 2], [3.5, 1, 2]])
+    assert symbols(found) == "N C"
+    assert list(found.texts["name"]) == ["N", "CA"]
+    assert same(found.values["occupancy"], [1, 1])
+    for wrong in ("********", "        ", "  oops  "):
+        (tmp_path / "a.pdb").write_text(atom(1, "N") + atom(2, "C").replace("   0.000", wrong))
+        with pytest.raises(clrt.SceneError, match=r"a.pdb: line 2: expected coordinates x, y and"):
+            clrt.read(tmp_path / "a.pdb")
+    (found,) = read(tmp_path / "a.pdb", atom(1, "N").replace("   0.000", "   12.50"))
+    assert found.positions[0, 0] == 12.5
+
+
+def test_alternate_locations(tmp_path: Path) -> None:
+    content = atom(1, "N") + "".join(
+        atom(i + 2, "CB", x=1 + i, alt=alt, occupancy=part)
+        for i, (alt, part) in enumerate([("A", 0.3), ("B", 0.4), ("C", 0.3)])
+    )
+    (found,) = read(tmp_path / "a.pdb", content, "2 of 4 particles are left out: another location")
+    assert same(found.positions[:, 0], [0, 2])
+    assert list(found.texts["altloc"]) == ["", "B"]
+    two = "".join(
+        atom(i, name, residue, x=i, alt=alt, occupancy=part)
+        for i, (name, residue, alt, part) in enumerate(
+            [("CB", "SER", "A", 0.6), ("OG", "SER", "A", 0.6), ("CB", "THR", "B", 0.4),
+             ("OG1", "THR", "B", 0.4)])
+    )  # fmt: skip
+    (found,) = read(tmp_path / "a.pdb", two, "2 of 4 particles are left out")
+    assert list(found.texts["residue"]) == ["SER", "SER"]
+
+
+def test_two_atoms_on_one_site(tmp_path: Path) -> None:
+    content = (
+        HEAD
+        + """\
+Mg1 Mg 0 0 0 0.5
+Fe1 Fe 0 0 0 0.5
+O1 O 0.5 0.5 0.5 1
+"""
+    )
+    (found,) = read(tmp_path / "a.cif", content, "1 of 3 particles are left out: a larger atom is")
+    radii = elements.VAN_DER_WAALS
+    larger = "Mg" if radii[12] >= radii[26] else "Fe"
+    assert symbols(found) == f"{larger} O"
+
+
+HEAD = """\
+data_a
+_cell_length_a 5
+_cell_length_b 5
+_cell_length_c 5
+_cell_angle_alpha 90
+_cell_angle_beta 90
+_cell_angle_gamma 90
+loop_
+_atom_site_label
+_atom_site_type_symbol
+_atom_site_fract_x
+_atom_site_fract_y
+_atom_site_fract_z
+_atom_site_occupancy
+"""
+
+
+@pytest.mark.parametrize(
+    ("group", "count", "said"),
+    [
+        ("_space_group_IT_number 225", 4, []),
+        ("_symmetry_Int_Tables_number 225", 4, []),
+        ("_symmetry_space_group_name_H-M 'F m -3 m'", 4, []),
+        ("loop_\n_symmetry_equiv_pos_as_xyz\nx,y,z\nx+1/2,y+1/2,z\nx+1/3,y,z", 3, ["is no space"]),
+        ("loop_\n_space_group_symop_operation_xyz\nx,y,z\n-x,y,-z", 1, []),
+        ("_symmetry_space_group_name_H-M 'P what'", 1, ["'P what': is no space group"]),
+        ("", 1, []),
+    ],
+)
+def test_symmetry(tmp_path: Path, group: str, count: int, said: list[str]) -> None:
+    content = HEAD.replace("loop_", f"{group}\nloop_") + "Na1 Na+ 0 0 0 1\n"
+    (found,) = read(tmp_path / "a.cif", content, *said)
+    assert symbols(found) == " ".join(["Na"] * count)
+
+
+def test_cif_without_a_cell_and_with_places_that_nobody_knows(tmp_path: Path) -> None:
+    content = HEAD.replace("fract", "Cartn").replace("_cell_length_a 5\n", "")
+    (found,) = read(tmp_path / "a.cif", content + "O1 O 0 0.8(1) 0.1 1\nH1 H 1 0 0 1\n")
+    assert same(found.positions, [[0, 0.8, 0.1], [1, 0, 0]])
+    assert found.cell is None
+    assert found.unit == "angstrom"
+    (found,) = read(tmp_path / "a.cif", HEAD + "O1 O 0 0 0 1\nH1 H ? ? ? 1\n", "1 of 2 particles")
+    assert symbols(found) == "O"
+
+
+def test_blocks_with_atoms_are_frames(tmp_path: Path) -> None:
+    block = HEAD + "O1 O 0 0 0 1\n"
+    content = f"data_global\n_publ_contact_author_name x\n{block}{block.replace('a', 'b', 0)}"
+    content = (
+        content[: content.rindex("data_a")] + "data_b" + content[content.rindex("data_a") + 6 :]
+    )
+    assert len(read(tmp_path / "a.cif", content)) == 2
+
+
+LIGAND = """\
+data_LIG
+loop_
+_chem_comp_atom.comp_id
+_chem_comp_atom.atom_id
+_chem_comp_atom.type_symbol
+_chem_comp_atom.model_Cartn_x
+_chem_comp_atom.model_Cartn_y
+_chem_comp_atom.model_Cartn_z
+_chem_comp_atom.pdbx_model_Cartn_x_ideal
+_chem_comp_atom.pdbx_model_Cartn_y_ideal
+_chem_comp_atom.pdbx_model_Cartn_z_ideal
+LIG C1 C 0 0 0 1 2 3
+LIG "O1'" O 1.2 0 0 4 5 6
+loop_
+_chem_comp_bond.comp_id
+_chem_comp_bond.atom_id_1
+_chem_comp_bond.atom_id_2
+LIG C1 "O1'"
+"""
+
+
+def test_ligands(tmp_path: Path) -> None:
+    (found,) = read(tmp_path / "a.cif", LIGAND)
+    assert same(found.positions, [[0, 0, 0], [1.2, 0, 0]])
+    assert symbols(found) == "C O"
+    assert same(found.bonds, [[0, 1]])
+    (found,) = read(tmp_path / "a.cif", LIGAND.replace("1.2 0 0", "? 0 0"))
+    assert same(found.positions, [[1, 2, 3], [4, 5, 6]])
+
+
+def test_bonds_of_a_pdb_file(tmp_path: Path) -> None:
+    content = atom(1, "N") + atom(2, "CA", x=1) + atom(3, "C", x=2) + "CONECT    1    2    9\n"
+    (found,) = read(tmp_path / "a.pdb", content + "CONECT    2    1    3\n")
+    assert same(found.bonds, [[0, 1], [1, 2]])
