@@ -199,7 +199,7 @@ def test_symmetry(tmp_path: Path, group: str, count: int, said: list[str]) -> No
 def test_cif_without_a_cell_and_with_places_that_nobody_knows(tmp_path: Path) -> None:
     content = HEAD.replace("fract", "Cartn").replace("_cell_length_a 5\n", "")
     (found,) = read(tmp_path / "a.cif", content + "O1 O 0 0.8(1) 0.1 1\nH1 H 1 0 0 1\n")
-    assert same(found.positions, [[0, 0.8, 0.1], [1, 0, 0]])
+    assert same(found.positions, [[0.0, 0.8, 0.1], [1.0, 0.0, 0.0]])
     assert found.cell is None
     assert found.unit == "angstrom"
     (found,) = read(tmp_path / "a.cif", HEAD + "O1 O 0 0 0 1\nH1 H ? ? ? 1\n", "1 of 2 particles")
@@ -239,7 +239,7 @@ LIG C1 "O1'"
 
 def test_ligands(tmp_path: Path) -> None:
     (found,) = read(tmp_path / "a.cif", LIGAND)
-    assert same(found.positions, [[0, 0, 0], [1.2, 0, 0]])
+    assert same(found.positions, [[0.0, 0.0, 0.0], [1.2, 0.0, 0.0]])
     assert symbols(found) == "C O"
     assert same(found.bonds, [[0, 1]])
     (found,) = read(tmp_path / "a.cif", LIGAND.replace("1.2 0 0", "? 0 0"))
@@ -250,3 +250,57 @@ def test_bonds_of_a_pdb_file(tmp_path: Path) -> None:
     content = atom(1, "N") + atom(2, "CA", x=1) + atom(3, "C", x=2) + "CONECT    1    2    9\n"
     (found,) = read(tmp_path / "a.pdb", content + "CONECT    2    1    3\n")
     assert same(found.bonds, [[0, 1], [1, 2]])
+
+
+def test_all_locations_and_assemblies(tmp_path: Path) -> None:
+    two = atom(1, "CB", alt="A", occupancy=0.6) + atom(2, "CB", x=1, alt="B", occupancy=0.4)
+    (tmp_path / "a.pdb").write_text(two)
+    assert len(clrt.read(tmp_path / "a.pdb", altloc="all")) == 2
+    with pytest.raises(clrt.RequestError, match="altloc: expected one of most, all, got 'A'"):
+        clrt.read(tmp_path / "a.pdb", altloc="A")
+    remark = """\
+REMARK 350 BIOMOLECULE: 1
+REMARK 350 APPLY THE FOLLOWING TO CHAINS: A
+REMARK 350   BIOMT1   1  1.000000  0.000000  0.000000        0.00000
+REMARK 350   BIOMT2   1  0.000000  1.000000  0.000000        0.00000
+REMARK 350   BIOMT3   1  0.000000  0.000000  1.000000        0.00000
+REMARK 350   BIOMT1   2 -1.000000  0.000000  0.000000       10.00000
+REMARK 350   BIOMT2   2  0.000000 -1.000000  0.000000        0.00000
+REMARK 350   BIOMT3   2  0.000000  0.000000  1.000000        0.00000
+"""
+    (tmp_path / "a.pdb").write_text(remark + atom(1, "N", x=3) + atom(2, "N", x=4, chain="B"))
+    found = clrt.read(tmp_path / "a.pdb", assembly=1)
+    assert same(found.positions, [[3, 1, 2], [7, -1, 2]])
+    with pytest.raises(clrt.RequestError, match="assembly: expected one of '1', got '2'"):
+        clrt.read(tmp_path / "a.pdb", assembly="2")
+
+
+def test_gro_and_poscar_are_ases(tmp_path: Path) -> None:
+    io, build = pytest.importorskip("ase.io"), pytest.importorskip("ase.build")
+    atoms = build.bulk("NaCl", "rocksalt", 5.64, cubic=True)
+    atoms.rattle(0.1)
+    for name, form, scale in (
+        ("POSCAR", "vasp", 1), ("a.vasp", "vasp", 1), ("XDATCAR", "vasp-xdatcar", 1),
+        ("a.gro", "gromacs", 10),
+    ):  # fmt: skip
+        io.write(tmp_path / name, [atoms, atoms] if name == "XDATCAR" else atoms, format=form)
+        theirs, ours = io.read(tmp_path / name, format=form), clrt.read(tmp_path / name, frame=-1)
+        assert abs(scale * ours.positions - theirs.positions).max() < 1e-12
+        assert abs(scale * ours.cell - theirs.cell).max() < 1e-12
+        assert same(ours.elements, theirs.numbers)
+        assert ours.unit == ("nm" if scale == 10 else "angstrom")
+        assert len(list(clrt.read_frames(tmp_path / name))) == 1 + (name == "XDATCAR")
+
+
+def test_gro_with_velocities_and_faults(tmp_path: Path) -> None:
+    row = "    1SOL     OW    1   0.126   1.624   1.679  0.1227 -0.0580  0.0434\n"
+    (found,) = read(tmp_path / "a.gro", f"title\n1\n{row}   1.0   2.0   3.0\n")
+    assert same(found.positions, [[0.126, 1.624, 1.679]])
+    assert found.values["vy"][0] == -0.058
+    assert symbols(found) == "O"
+    assert same(found.cell, np.diag([1, 2, 3]))
+    (tmp_path / "a.gro").write_text(
+        f"title\n1\n{row.replace('1.624', 'oops!')}   1.0   2.0   3.0\n"
+    )
+    with pytest.raises(clrt.SceneError, match=r"a.gro: line 3: expected numbers in columns"):
+        clrt.read(tmp_path / "a.gro")

@@ -607,5 +607,35 @@ def test_a_file_is_closed(flow: tuple[Path, list[int]]) -> None:
 
 def test_every_suffix_is_tried() -> None:
     tried = {format_of(Path(name)) for name, _ in ROUTES}
-    elsewhere = {"npy", "pdb", "cif", "gsd", "data", "vtk"}
+    elsewhere = {"npy", "pdb", "cif", "gsd", "data", "vtk", "gro", "poscar"}
     assert tried | elsewhere == set(READERS) == set(FORMATS)
+
+
+@pytest.mark.parametrize(
+    ("shape", "radius", "said"),
+    [
+        ({"type": "Sphere", "diameter": 3.0}, 1.5, None),
+        ({"type": "Ellipsoid", "a": 1.0, "b": 2.0, "c": 0.5}, 2, "Ellipsoid: are drawn as the"),
+        ({"type": "ConvexPolyhedron", "rounding_radius": 0.5,
+          "vertices": [[3, 4, 0], [0, 0, 1]]}, 5.5, "ConvexPolyhedron: are drawn as the spheres"),
+        ({"type": "SphereUnion", "diameters": [2, 1], "centers": [[2, 0, 0], [0, 0, 0]]}, 3,
+         "SphereUnion: are drawn as the spheres"),
+        ({"type": "Blob"}, 0.5, "Blob (unknown: spheres of the diameters)"),
+    ],
+)  # fmt: skip
+def test_shapes_of_gsd(shape: dict[str, object], radius: float, said: str | None) -> None:
+    hoomd = pytest.importorskip("gsd.hoomd")
+    frame = hoomd.Frame()
+    frame.particles.N = 2
+    frame.particles.position = POSITIONS[:2]
+    frame.particles.types = ["a", "b"]
+    frame.particles.typeid = [0, 1]
+    frame.particles.type_shapes = [shape, {}]
+    frame.validate()
+    if said is None:
+        found = clrt.read(frame)
+    else:
+        with pytest.warns(clrt.ParticleWarning) as caught:
+            found = clrt.read(frame)
+        assert said in str(caught[0].message)
+    assert same(found.radii, [radius, 0.5])

@@ -129,3 +129,33 @@ def test_what_holds_no_particles(given: object, said: str | None) -> None:
 def test_an_object_has_one_frame() -> None:
     with pytest.raises(clrt.RequestError, match="frame: expected 0 for what is no file, got 1"):
         clrt.read(POSITIONS, frame=1)
+
+
+def test_a_universe_is_its_atoms() -> None:
+    types = np.array(["2", "1", "1"], object)
+    universe = Object(atoms=group(types=types), trajectory=None)
+    found = clrt.read(universe)
+    assert found.type_names == ("1", "2")
+    assert same(found.types, [1, 0, 0])
+    assert found.elements is None
+    names = np.array(["CA", "CD", "HG"], object)
+    guessed = group(names=names, types=names, resnames=np.array(["CA", "GLU", "ALA"], object))
+    assert same(clrt.read(guessed).elements, [20, 6, 1])
+
+
+def test_ases_origin() -> None:
+    ase = pytest.importorskip("ase")
+    atoms = ase.Atoms("OH2", POSITIONS, cell=[10, 10, 10], celldisp=[-5, -5, -5])
+    assert same(clrt.read(atoms).origin, [-5, -5, -5])
+    atoms.info["Origin"] = [1, 2, 3]
+    atoms.set_momenta(POSITIONS)
+    found = clrt.read(atoms)
+    assert same(found.origin, [1, 2, 3])
+    assert (found.values["momenta_y"] == POSITIONS[:, 1]).all()
+
+
+def test_ovitos_text_and_radii_of_0() -> None:
+    own = {"Radius": np.zeros(3), "Residue": np.array(["A", "B", "C"], object)}
+    found = clrt.read(Object(particles=Properties(KINDS, **own), cell=None))
+    assert list(found.texts["Residue"]) == ["A", "B", "C"]
+    assert same(found.radii, [0.25, 0.5, 0.25])

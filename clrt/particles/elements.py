@@ -41,9 +41,8 @@ _UPPER |= _ION_NUMBERS
 _ORGANIC = "HCNOPSFK"
 _SITES = ("MW", "LP", "EP", "EPW", "M")
 """Names of places beside the atoms of a model of water, which are no atoms."""
-_BEADS = re.compile(r"BB\d?|SC[1-6]|W|WF|PW|WP|NC3|PO4|GL\d|P[1-6]|Q[0-5a-z]*|T?[QN]d?a?")
+_BEADS = re.compile(r"BB\d?|SC[1-6]|W|WF|PW|WP|NC3|PO4|GL\d|P[1-6]|Q([0-5]|da?|a)|Nda")
 """Names of what stands for several atoms in Martini, https://cgmartini.nl."""
-_ATOMS = ("N",)  # of those names, one that atoms have
 MANY = 20
 """Names are no elements' if one in so many is a bead's, or a rare element's."""
 COMMON = 54
@@ -105,7 +104,7 @@ def doubt(
     odd = dict[str, int]()
     for name, number, count, residue in zip(names, numbers, counts, of, strict=True):
         is_ion = name.upper() in _ION_NUMBERS or _residues().get(residue.upper()) == "ions"
-        is_bead = name not in _ATOMS and _BEADS.fullmatch(name)
+        is_bead = _BEADS.fullmatch(name) is not None
         if not is_ion and ((number or 0) > COMMON or is_bead):
             odd[name] = odd.get(name, 0) + count
     if MANY * sum(odd.values()) <= sum(counts):

@@ -1,6 +1,7 @@
 """Other libraries' objects that hold particles, known by their shape: none is imported."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from clrt.errors import SceneError
 from clrt.files.particles import arrays, hoomd
 from clrt.files.particles.columns import particles
+from clrt.particles import elements
 from clrt.particles.particles import Particles
 from clrt.values import Array
 
@@ -26,6 +28,8 @@ def read(source: Any) -> Particles:
         return source
     if isinstance(source, Mapping):
         return arrays.of_mapping(source, name)
+    if hasattr(source, "atoms") and hasattr(source, "trajectory"):
+        source = source.atoms  # MDAnalysis's Universe
     inner = getattr(source, "particles", None)
     if hasattr(inner, "positions"):
         return _of_ovito(source, name)
@@ -43,25 +47,70 @@ def read(source: Any) -> Particles:
 
 def _of_ase(atoms: Any, source: str) -> Particles:
     columns = {name: np.asarray(given) for name, given in atoms.arrays.items()}
+    numbers, types = columns.get("numbers"), columns.get("type")
+    if types is not None and numbers is not None and ((numbers == 0) | (numbers == types)).any():
+        del columns["numbers"]  # ASE guesses those of a dump by types or masses
     cell = np.asarray(atoms.cell)
-    return particles(columns, source, cell if cell.any() else None)
+    origin = np.asarray(atoms.info.get("Origin", atoms.get_celldisp()), np.float64).reshape(-1)
+    if not cell.any() or origin.shape != (3,):
+        origin = np.zeros(3)
+    return particles(columns, source, cell if cell.any() else None, origin, unit="angstrom")
 
 
 def _of_atoms(group: Any, source: str) -> Particles:
     """MDAnalysis's AtomGroup, and what is like it: what it lacks raises AttributeError there."""
     columns = {"positions": np.array(group.positions)}
-    for name in ("radii", "elements", "names", "masses", "charges"):
-        given = getattr(group, name, None)
+    for name, called in GROUP.items():
+        given = _attribute(group, name)
         if given is not None and np.shape(given) == (len(columns["positions"]),):
-            columns[name] = _plain(np.asarray(given))
+            columns[called] = _plain(np.asarray(given))
     if "elements" in columns and not all(columns["elements"]):
         del columns["elements"]
     if "radii" in columns and not (columns["radii"] > 0).all():
         del columns["radii"]
+    types = columns.get("types")
+    if types is not None and (
+        not all(types)
+        or ("name" in columns and elements.of_symbols(set(map(str, types.tolist()))) is not None)
+    ):
+        del columns["types"]  # MDAnalysis made them of the names
+    given = _attribute(group, "velocities")
+    if given is not None and np.shape(given) == columns["positions"].shape:
+        columns |= {f"v{axis}": np.asarray(given)[:, i] for i, axis in enumerate("xyz")}
     cell = None
     if getattr(group, "dimensions", None) is not None:
-        cell = np.asarray(group.universe.trajectory.ts.triclinic_dimensions)
-    return particles(columns, source, cell)
+        trajectory = group.universe.trajectory
+        cell = np.asarray(trajectory.ts.triclinic_dimensions)
+        if str(getattr(trajectory, "filename", "")).endswith(".gsd"):
+            return _of_gsd(columns, source, trajectory)
+    return particles(columns, source, cell, unit="angstrom")
+
+
+def _of_gsd(columns: dict[str, Array], source: str, trajectory: Any) -> Particles:
+    """With the cell of the file, for MDAnalysis 2.10 takes HOOMD's tilts for angles."""
+    file = hoomd.Frames(Path(trajectory.filename))
+    try:
+        cell = hoomd.cell_of(file.file[trajectory.ts.frame].configuration.box)
+    finally:
+        file.close()
+    return particles(columns, source, cell, -cell.sum(axis=0) / 2)
+
+
+GROUP = {
+    "radii": "radii", "elements": "elements", "names": "name", "types": "types",
+    "masses": "masses", "charges": "charges", "resnames": "residue", "resids": "residue_id",
+    "chainIDs": "chain", "altLocs": "altloc", "occupancies": "occupancy",
+    "tempfactors": "b_factor", "segids": "segment",
+}  # fmt: skip
+"""MDAnalysis's attributes, and what clrt calls them."""
+
+
+def _attribute(group: Any, name: str) -> Any:
+    """What a group has of this name, or None: MDAnalysis raises an error of its own."""
+    try:
+        return getattr(group, name, None)
+    except Exception:
+        return None
 
 
 def _plain(array: Array) -> Array:
@@ -74,7 +123,7 @@ def _of_ovito(collection: Any, source: str) -> Particles:
     part = collection.particles
     columns: dict[str, Array] = {}
     for name in part:
-        array = np.asarray(part[name])
+        array = _plain(np.asarray(part[name]))
         if name not in ("Position", "Color") and array.ndim == 2 and array.shape[1] == 3:
             columns |= {f"{name}.{axis}": array[:, i] for i, axis in enumerate("XYZ")}
         else:
@@ -88,6 +137,8 @@ def _of_ovito(collection: Any, source: str) -> Particles:
         columns["types"] = types
         if all(names):
             type_names, columns["types"] = tuple(names), which
+        if not (columns.get("Radius", np.zeros(0)) > 0).any():
+            columns.pop("Radius", None)  # 0 stands for the type's
         if "Radius" not in columns and len(radii) and (radii > 0).all():
             columns["Radius"] = radii[which]
     if collection.cell is None:

@@ -4,6 +4,7 @@ import operator
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import IO, Any, Self
@@ -13,6 +14,7 @@ from clrt.files.particles import (
     arrays,
     cif,
     csv,
+    gro,
     hoomd,
     lammps,
     lammps_data,
@@ -20,11 +22,13 @@ from clrt.files.particles import (
     opened,
     pdb,
     ply,
+    poscar,
     series,
     suffix,
     vtk,
     xyz,
 )
+from clrt.files.particles.molecules import ALTLOCS, Options
 from clrt.files.particles.text import Lines
 from clrt.files.particles.trajectory import Frames, Single, Trajectory
 from clrt.particles.particles import Particles
@@ -32,7 +36,13 @@ from clrt.particles.particles import Particles
 Source = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 
-def read(source: Any, frame: int = 0, format: str | None = None) -> Particles:
+def read(
+    source: Any,
+    frame: int = 0,
+    format: str | None = None,
+    altloc: str = "most",
+    assembly: str | int | None = None,
+) -> Particles:
     """One frame of a file of particles, or an object's particles.
 
     Args:
@@ -43,6 +53,9 @@ def read(source: Any, frame: int = 0, format: str | None = None) -> Particles:
             radius last, or a dict of arrays with the keys of an .npz file.
         frame: which one, from 0; -1 is the last one.
         format: a name of clrt.files.particles.suffix.FORMATS, for a file whose name does not tell.
+        altloc: of PDB and mmCIF: "most", the most occupied of an atom's alternate locations, or
+            "all" of them.
+        assembly: of PDB and mmCIF: the name of a biological assembly, as 1.
 
     Returns:
         what the file has, in its own units. Colours are sRGB, as in the file.
@@ -60,7 +73,7 @@ def read(source: Any, frame: int = 0, format: str | None = None) -> Particles:
         if k not in (0, -1):
             raise RequestError(f"frame: expected 0 for what is no file, got {k}")
         return objects.read(source)
-    with Reader(source, format) as file:
+    with Reader(source, format, _options(altloc, assembly)) as file:
         found = file.frame(file.count() + k if k < 0 else k)
         if found is None:
             last = file.count() - 1
@@ -68,18 +81,29 @@ def read(source: Any, frame: int = 0, format: str | None = None) -> Particles:
     return found
 
 
-def read_frames(path: Source, format: str | None = None) -> Iterator[Particles]:
+def read_frames(
+    path: Source,
+    format: str | None = None,
+    altloc: str = "most",
+    assembly: str | int | None = None,
+) -> Iterator[Particles]:
     """All frames of a file, or of files with a frame each, one after the other, and no more than
     one in memory.
 
     Raises:
         as read(), when the frame is due.
     """
-    with Reader(path, format) as file:
+    with Reader(path, format, _options(altloc, assembly)) as file:
         for k in count():
             if (particles := file.frame(k)) is None:
                 return
             yield particles
+
+
+def _options(altloc: str, assembly: str | int | None) -> Options:
+    if altloc not in ALTLOCS:
+        raise RequestError(f"altloc: expected one of {', '.join(ALTLOCS)}, got {altloc!r}")
+    return Options(altloc, None if assembly is None else str(assembly))
 
 
 def is_source(given: Any) -> bool:
@@ -96,17 +120,19 @@ class Reader:
         as read(), from all that it does.
     """
 
-    def __init__(self, source: Source, format: str | None = None) -> None:
+    def __init__(
+        self, source: Source, format: str | None = None, options: Options | None = None
+    ) -> None:
         given = [source] if isinstance(source, str | os.PathLike) else list(source)
         paths = [path for one in given for path in series.files_of(Path(one))]
         self.name = str(given[0]) if len(given) == 1 else f"{given[0]} and others"
         with _told(self.name):
             if len(paths) == 1:
-                self._frames = _open(paths[0], format)
+                self._frames = _open(paths[0], format, options)
             else:
                 for path in paths:
                     _check(path, format)
-                self._frames = series.Series(paths, lambda path: _open(path, format))
+                self._frames = series.Series(paths, lambda path: _open(path, format, options))
 
     def frame(self, k: int) -> Particles | None:
         """Frame k, from 0, or None after the last one."""
@@ -147,8 +173,13 @@ def _check(path: Path, format: str | None) -> str:
     return form
 
 
-def _open(path: Path, format: str | None) -> Frames:
-    return READERS[_check(path, format)](path)
+def _open(path: Path, format: str | None, options: Options | None) -> Frames:
+    form = _check(path, format)
+    if options is not None and form in MOLECULES:
+        return _library(form, partial(MOLECULES[form], options=options))(path)
+    if options is not None and options.assembly is not None:
+        raise RequestError(f"{path}: assembly: expected a file of {' or '.join(MOLECULES)}")
+    return READERS[form](path)
 
 
 @contextmanager
@@ -187,6 +218,10 @@ def _lammps(path: Path) -> Frames:
     return Trajectory(opened.lines(path), lammps.read, lammps.skip)
 
 
+def _gro(path: Path) -> Frames:
+    return Trajectory(opened.lines(path), gro.read, gro.skip)
+
+
 class _OnDisk:
     """Frames of a library that opens files by their names: of an unpacked file."""
 
@@ -208,6 +243,8 @@ def _library(form: str, open_file: Callable[[Path], Frames]) -> Callable[[Path],
     )
 
 
+MOLECULES: dict[str, Callable[..., Frames]] = {"pdb": pdb.Models, "cif": cif.Blocks}
+
 READERS: dict[str, Callable[[Path], Frames]] = {
     "npz": _arrays(arrays.read_npz),
     "npy": _arrays(arrays.read_npy),
@@ -219,6 +256,8 @@ READERS: dict[str, Callable[[Path], Frames]] = {
     "pdb": _library("pdb", pdb.Models),
     "cif": _library("cif", cif.Blocks),
     "gsd": _library("gsd", hoomd.Frames),
+    "gro": _gro,
+    "poscar": lambda path: poscar.Steps(opened.lines(path)),
     "vtk": _library("vtk", lambda path: Single(lambda: vtk.read(path), lambda: None)),
 }
 """By the names of clrt.files.particles.suffix.FORMATS."""

@@ -15,6 +15,8 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "pdb": (".pdb", ".ent"),
     "cif": (".cif", ".mmcif"),
     "gsd": (".gsd",),
+    "gro": (".gro",),
+    "poscar": (".vasp",),
     "vtk": (".vtp", ".vtu", ".vtk"),
 }
 """The suffixes of each, in small letters. clrt.files.particles.reader reads them, which takes
@@ -24,7 +26,13 @@ PACKED = (".gz", ".bz2", ".xz", ".zst")
 STDIN = "-"
 BEGIN = {b"ITEM: ": "dump", b"ply\n": "ply", b"ply\r": "ply", b"\x93NUMPY": "npy"}
 """How files begin that need no suffix."""
-NAMES = {"dump": "dump", "data": "data"}
+NAMES = {
+    "dump": "dump",
+    "data": "data",
+    "poscar": "poscar",
+    "contcar": "poscar",
+    "xdatcar": "poscar",
+}
 """The first words of names, as dump.16000 and data.lj, that need no suffix."""
 
 ELSEWHERE = {
