@@ -286,6 +286,7 @@ def test_gro_and_poscar_are_ases(tmp_path: Path) -> None:
         io.write(tmp_path / name, [atoms, atoms] if name == "XDATCAR" else atoms, format=form)
         theirs, ours = io.read(tmp_path / name, format=form), clrt.read(tmp_path / name, frame=-1)
         assert abs(scale * ours.positions - theirs.positions).max() < 1e-12
+        assert ours.cell is not None
         assert abs(scale * ours.cell - theirs.cell).max() < 1e-12
         assert same(ours.elements, theirs.numbers)
         assert ours.unit == ("nm" if scale == 10 else "angstrom")
