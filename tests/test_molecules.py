@@ -1,5 +1,6 @@
 """PDB and CIF files that real programs write: order, frames, locations, elements, symmetry."""
 
+import sys
 import warnings
 from pathlib import Path
 
@@ -305,3 +306,27 @@ def test_gro_with_velocities_and_faults(tmp_path: Path) -> None:
     )
     with pytest.raises(clrt.SceneError, match=r"a.gro: line 3: expected numbers in columns"):
         clrt.read(tmp_path / "a.gro")
+
+
+def test_a_topology_and_a_trajectory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = "    1SOL     OW    1   0.126   1.624   1.679\n"
+    (tmp_path / "a.gro").write_text(f"title\n1\n{row}   1.0   2.0   3.0\n")
+    (tmp_path / "a.xtc").write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "MDAnalysis", None)
+    with pytest.raises(
+        clrt.RequestError, match=r"a.xtc: needs MDAnalysis: pip install 'clrt\[traj"
+    ):
+        clrt.read([tmp_path / "a.gro", tmp_path / "a.xtc"])
+    monkeypatch.undo()
+    mda = pytest.importorskip("MDAnalysis")
+    universe = mda.Universe(str(tmp_path / "a.gro"))
+    with mda.Writer(str(tmp_path / "a.xtc"), 1) as writer:
+        for step in range(3):
+            universe.atoms.positions = [[step, 2.0, 3.0]]
+            writer.write(universe.atoms)
+    found = list(clrt.read_frames([tmp_path / "a.gro", tmp_path / "a.xtc"]))
+    assert [frame.positions[0, 0] for frame in found] == pytest.approx([0, 1, 2])
+    assert [symbols(frame) for frame in found] == ["O"] * 3
+    assert found[0].unit == "angstrom"
+    assert found[0].cell is not None
+    assert same(np.rint(found[0].cell), np.diag([10, 20, 30]))

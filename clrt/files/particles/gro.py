@@ -1,5 +1,6 @@
 """GROMACS's .gro: https://manual.gromacs.org/current/reference-manual/file-formats.html#gro"""
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,8 @@ from clrt.files.particles.text import Lines, is_number
 from clrt.particles.particles import Particles
 from clrt.values import Array
 
+TOUCHING = re.compile(r"-?\d+\.\d{5}")
+"""Numbers of the box, which have 5 digits behind the point."""
 NAMES = 20
 """Bytes before the numbers of a line: residue's number and name, atom's name and number."""
 
@@ -41,9 +44,7 @@ def read(lines: Lines) -> Particles:
     width = _width(lines, rows[0], start + 1) if n else 8
     positions = np.array(
         [_numbers(lines, row, width, start + i + 1) for i, row in enumerate(rows)]
-    ).reshape(n, -1)
-    if positions.shape[1] not in (3, 6):
-        positions = positions.reshape(n, 3)
+    ).reshape(n, 6)
     names = np.array([row[:NAMES].ljust(NAMES) for row in rows], f"S{NAMES}")
 
     def field(first: int, last: int) -> Array:
@@ -59,7 +60,7 @@ def read(lines: Lines) -> Particles:
         "residue_id": np.array([int(word) if word.isdigit() else -1 for word in
                                 field(0, 5).tolist()], np.int64),
     }  # fmt: skip
-    for i, axis in enumerate("xyz" if positions.shape[1] == 6 else ""):
+    for i, axis in enumerate("xyz" if np.isfinite(positions[:, 3:]).any() else ""):
         columns[f"v{axis}"] = positions[:, 3 + i]
     return particles(columns, str(lines.path), cell, unit="nm")
 
@@ -74,13 +75,14 @@ def _width(lines: Lines, row: bytes, number: int) -> int:
 
 
 def _numbers(lines: Lines, row: bytes, width: int, number: int) -> list[float]:
-    """Three coordinates, and three velocities if there are some, with one digit more."""
+    """Three coordinates, and three velocities, NaN where there are none."""
     ends = [NAMES + width * k for k in range(4)]
     words = [row[a:b] for a, b in pairwise(ends)]
-    if len(row.rstrip()) > ends[3]:
+    if len(row.rstrip()) >= ends[3] + 3 * width:
         words += [row[a : a + width] for a in range(ends[3], ends[3] + 3 * width, width)]
     try:
-        return [float(word) for word in words]
+        found = [float(word) for word in words]
+        return found + [np.nan] * (6 - len(found))
     except ValueError:
         lines.number = number
         raise lines.error("numbers in columns", row.decode("utf-8", "replace")) from None
@@ -90,6 +92,8 @@ def _box(lines: Lines) -> Array | None:
     """(3, 3), a row for each edge; 0 stands for none."""
     line = lines.line()
     words = (line or "").split()
+    if len(words) not in (3, 9):  # large numbers touch
+        words = TOUCHING.findall(line or "")
     if len(words) not in (3, 9) or not all(map(is_number, words)):
         raise lines.error("3 or 9 numbers of the box", line)
     x = [float(word) for word in words] + [0.0] * (9 - len(words))

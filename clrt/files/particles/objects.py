@@ -38,7 +38,7 @@ def read(source: Any) -> Particles:
     if hasattr(source, "arrays") and hasattr(source, "numbers"):
         return _of_ase(source, name)
     if hasattr(source, "positions"):
-        return _of_atoms(source, name)
+        return of_atoms(source, name)
     if isinstance(source, np.ndarray | list | tuple):
         return arrays.of_array(source, name)
     expected = "a file's name, arrays, or an object with positions"
@@ -57,7 +57,7 @@ def _of_ase(atoms: Any, source: str) -> Particles:
     return particles(columns, source, cell if cell.any() else None, origin, unit="angstrom")
 
 
-def _of_atoms(group: Any, source: str) -> Particles:
+def of_atoms(group: Any, source: str) -> Particles:
     """MDAnalysis's AtomGroup, and what is like it: what it lacks raises AttributeError there."""
     columns = {"positions": np.array(group.positions)}
     for name, called in GROUP.items():

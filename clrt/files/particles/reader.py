@@ -16,6 +16,7 @@ from clrt.files.particles import (
     csv,
     gro,
     hoomd,
+    joined,
     lammps,
     lammps_data,
     objects,
@@ -127,7 +128,9 @@ class Reader:
         paths = [path for one in given for path in series.files_of(Path(one))]
         self.name = str(given[0]) if len(given) == 1 else f"{given[0]} and others"
         with _told(self.name):
-            if len(paths) == 1:
+            if joined.are_joined(paths):
+                self._frames: Frames = joined.Universe(paths)
+            elif len(paths) == 1:
                 self._frames = _open(paths[0], format, options)
             else:
                 for path in paths:
