@@ -2,8 +2,8 @@
 """Writes the files of this folder, each by the program that users have it from.
 
     python -m venv /tmp/corpus
-    /tmp/corpus/bin/pip install ase==3.29.0 ovito==3.17.2 pyvista==0.49.1 trimesh==5.2.0 \\
-        vtk==9.7.2
+    /tmp/corpus/bin/pip install ase==3.29.0 gsd==5.0.1 ovito==3.17.2 pyvista==0.49.1 \\
+        trimesh==5.2.0 vtk==9.7.2
     /tmp/corpus/bin/python tests/corpus/make.py
 
 expected.toml says what each must give; tests/test_corpus.py reads both. A function here writes the
@@ -35,7 +35,24 @@ def ase(folder: Path) -> None:
     atoms.info["energy"] = -1.5
     write(folder / "ase.extxyz", [atoms, atoms])
     write(folder / "ase.xyz", atoms, format="xyz")
+    write(folder / "ase.pdb", atoms)
+    write(folder / "ase.vasp", atoms, format="vasp")
     write(folder / "ase.data", atoms, format="lammps-data", atom_style="charge", masses=True)
+
+
+def gsd(folder: Path) -> None:
+    import gsd.hoomd
+
+    frame = gsd.hoomd.Frame()
+    frame.particles.N = 4
+    frame.particles.position, frame.particles.diameter = AT, 2 * RADII
+    frame.particles.velocity = VELOCITY
+    frame.particles.types, frame.particles.typeid = ["a", "b"], [0, 1, 0, 1]
+    frame.particles.type_shapes = [{"type": "Ellipsoid", "a": 0.25, "b": 0.1, "c": 0.1}, {}]
+    frame.bonds.N, frame.bonds.group = 1, [[0, 1]]
+    frame.configuration.box = [4, 5, 6, 0.2, 0, 0]
+    with gsd.hoomd.open(folder / "gsd.gsd", "w") as file:
+        file.append(frame)
 
 
 def trimesh(folder: Path) -> None:
@@ -102,7 +119,7 @@ def numpy(folder: Path) -> None:
 
 
 def main() -> None:
-    for make in (ase, trimesh, pyvista, vtk, ovito, numpy):
+    for make in (ase, gsd, trimesh, pyvista, vtk, ovito, numpy):
         if len(sys.argv) == 1 or make.__name__ in sys.argv[1:]:
             make(HERE)
 
