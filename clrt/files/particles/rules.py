@@ -11,6 +11,8 @@ from clrt.values import Array, frozen
 MOST_COUNTED = 20_000
 """Of more particles than these only some are looked at for places that others have: those whose x,
 or whose whole positions, have certain hashes, so that two at one place are both in or both out."""
+SPREAD = np.uint64(0x9E3779B97F4A7C15)
+"""2^64 by the golden ratio: the upper bits of its multiples are spread evenly."""
 MANY = 0.01
 """The part of the particles that may be at the place of another without a word."""
 ROUNDED = 1e-3
@@ -88,10 +90,10 @@ def crowded(positions: Array) -> str | None:
         return f"all {n} particles are at one place"
     looked_at = positions
     if n > MOST_COUNTED:
-        for columns in (positions[:, :1], positions):  # those of x alone are found sooner
-            looked_at = positions[_hashes(columns) % np.uint64(n // MOST_COUNTED + 1) == 0]
-            if len(looked_at) > MOST_COUNTED // 2:  # x may have few values
-                break
+        limit = np.uint64((1 << 64) // (n // MOST_COUNTED + 1))
+        looked_at = positions[_bits(positions[:, 0]) * SPREAD < limit]  # found soonest
+        if len(looked_at) < MOST_COUNTED // 2:  # x may have few values
+            looked_at = positions[_hashes(positions) < limit]
     hashes = _hashes(looked_at)
     hashes.sort()
     same = np.count_nonzero(hashes[1:] == hashes[:-1])
@@ -101,13 +103,16 @@ def crowded(positions: Array) -> str | None:
     return f"{part} particles are at the place of another, and hide or are hidden by it"
 
 
+def _bits(column: Array) -> Array:
+    """(n,) uint64, the same for the same number: + 0.0 makes one of the two zeros."""
+    return np.add(column, 0.0, dtype=np.float64).view(np.uint64)
+
+
 def _hashes(positions: Array) -> Array:
     """(n,) uint64, the same for the same place. Two of 20,000 others agree once in 10^10 files."""
     whole = np.zeros(len(positions), np.uint64)
     for axis in range(positions.shape[1]):
-        # + 0.0 makes one of the two zeros.
-        column = (positions[:, axis].astype(np.float64) + 0.0).view(np.uint64)
-        whole = (whole ^ column) * np.uint64(0x9E3779B97F4A7C15)
+        whole = (whole ^ _bits(positions[:, axis])) * SPREAD
         whole ^= whole >> np.uint64(29)
     return whole
 
