@@ -10,18 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from clrt import cgroups
 from clrt.errors import OutputError
 
-# Of each version of control groups: where they are, and what files and field say limit and use.
-# Cached files are given up for what is needed.
+# Of each version of control groups, what files and field say limit and use. Cached files are given
+# up for what is needed.
 CGROUPS = {
-    "": ("/sys/fs/cgroup", "memory.max", "memory.current", "inactive_file"),
-    "memory": (
-        "/sys/fs/cgroup/memory",
-        "memory.limit_in_bytes",
-        "memory.usage_in_bytes",
-        "total_inactive_file",
-    ),
+    1: ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+    2: ("memory.max", "memory.current", "inactive_file"),
 }
 
 # For less the system is not asked what is free: that takes up to 1 ms, a 4K picture 13.
@@ -54,18 +50,11 @@ def available() -> int:
     room = [sys.maxsize]
     with suppress(OSError, KeyError):
         room.append(_fields(Path("/proc/meminfo"))["MemAvailable:"] * 1024)
-    groups = ""
-    with suppress(OSError):
-        groups = Path("/proc/self/cgroup").read_text()
-    for line in groups.splitlines():
-        _, controllers, group = line.split(":", 2)
-        if controllers in ("", "memory"):
-            mount, limit, used, cached = CGROUPS[controllers]
-            for folder in (Path(group), *Path(group).parents):
-                folder = Path(mount) / folder.relative_to("/")
-                with suppress(OSError, KeyError, ValueError):  # it has no limit, or is not shown
-                    most = int((folder / limit).read_text()) - int((folder / used).read_text())
-                    room.append(most + _fields(folder / "memory.stat")[cached])
+    for version, folder in cgroups.folders("memory"):
+        limit, used, cached = CGROUPS[version]
+        with suppress(OSError, KeyError, ValueError):  # it has no limit, or is not shown
+            most = int((folder / limit).read_text()) - int((folder / used).read_text())
+            room.append(most + _fields(folder / "memory.stat")[cached])
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     if most != resource.RLIM_INFINITY:
         with suppress(OSError, KeyError):

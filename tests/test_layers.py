@@ -21,7 +21,7 @@ PACKAGES = [
     "opencl",
 ]
 """From the top down. The modules beside them are below all."""
-GROUND = ["errors", "memory", "pipeline", "storage", "values"]
+GROUND = ["cgroups", "errors", "memory", "pipeline", "storage", "values"]
 TOP = ["__main__", "reference"]
 """Modules above all: the command as a process, and clrt.reference as people call it."""
 

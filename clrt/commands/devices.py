@@ -4,6 +4,8 @@ import os
 
 import click
 
+from clrt import cgroups
+
 
 @click.command()
 @click.option("-v", "--verbose", is_flag=True, help="Say what a bug report needs.")
@@ -36,6 +38,6 @@ def devices(verbose: bool) -> None:
             f"cache       {cache_folder()}\n"
             f"versions    {', '.join(f'{name} {version(name)}' for name in packages)}, "
             f"Python {platform.python_version()}\n"
-            f"machine     {platform.platform()}, {len(os.sched_getaffinity(0))} of "
+            f"machine     {platform.platform()}, {cgroups.cores()} of "
             f"{os.cpu_count()} cores"
         )

@@ -4,7 +4,6 @@ Pillow's encoder holds Python's lock, so it works on one core only, and takes lo
 filter for each row than zlib takes to compress them all.
 """
 
-import os
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
@@ -13,6 +12,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from clrt import cgroups
 from clrt.pipeline import in_order
 
 # A file depends on its picture only, and not on the number of cores: so do its bands. Smaller ones
@@ -44,7 +44,7 @@ def write(file: IO[bytes], film: NDArray[Any], notes: Sequence[tuple[bytes, byte
     # zlib's stream (RFC 1950): a header, what is compressed, and a checksum of what was.
     _chunk(file, b"IDAT", b"\x78\x01")
     checksum = 1
-    threads = len(os.sched_getaffinity(0))
+    threads = cgroups.cores()
     for band in in_order(_compressed, _bands(film), threads):
         _chunk(file, b"IDAT", band.stream)
         checksum = _joined(checksum, band)

@@ -3,6 +3,7 @@
 import os
 import threading
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clrt.errors import DeviceError
@@ -13,11 +14,19 @@ if TYPE_CHECKING:
 
 _used_in: int | None = None  # the process that uses OpenCL
 _starting = threading.Lock()  # the environment is all threads'
-INSTALL_HINT = "pip install 'pyopencl[pocl]' brings one for the CPU"
+# PyPI has PoCL for x86-64 only.
+INSTALL = (
+    "pip install pocl-binary-distribution"
+    if os.uname().machine == "x86_64"
+    else "apt-get install pocl-opencl-icd"
+)
+INSTALL_HINT = f"{INSTALL} brings one for the CPU"
 
 
 def devices(threads: int | None = None) -> list["cl.Device"]:
-    """Every OpenCL device found, CPUs first.
+    """Every OpenCL device found, CPUs first, and of these PoCL as pip brought it.
+
+    It is what clrt is tested with most, and traces trees faster than later ones (docs/opencl.md).
 
     Args:
         threads: how many PoCL may use; None means every core that this process may use. It is
@@ -41,7 +50,14 @@ def devices(threads: int | None = None) -> list["cl.Device"]:
             pocl.name_cpu(device)
     if not found:
         raise DeviceError(f"no OpenCL device found: {INSTALL_HINT}")
-    return sorted(found, key=lambda device: not device.type & cl.device_type.CPU)
+    folder = Path(cl.__file__).parents[1]
+    return sorted(
+        found,
+        key=lambda device: (
+            not device.type & cl.device_type.CPU,
+            not (is_pocl(device) and folder in pocl.library(device).parents),
+        ),
+    )
 
 
 def check_process() -> None:

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from clrt import storage
+from clrt import cgroups, storage
 from clrt.errors import RequestError
 
 if TYPE_CHECKING:
@@ -36,13 +36,13 @@ def starting(threads: int | None) -> Iterator[None]:
     """The environment in which OpenCL starts; what the user has set stays, unless `threads` says
     otherwise, and it is put back at the end.
 
-    threads: for PoCL; None means every core that this process may use.
+    threads: for PoCL; None means every core that this process may use, see clrt.cgroups.
 
     Raises:
         DeviceError: there is no room for what PoCL compiles.
         RequestError: a variable is no number of threads, at which PoCL would crash.
     """
-    cores = str(threads or len(os.sched_getaffinity(0)))
+    cores = str(threads or cgroups.cores())
     wanted = dict.fromkeys(THREAD_VARIABLES, cores)
     # PyOpenCL's cache, a database that a full disk or a second machine can spoil, saves no time.
     wanted["PYOPENCL_NO_CACHE"] = "1"
@@ -249,6 +249,26 @@ def _cpu_features() -> dict[str, bool]:
         umath = importlib.import_module("numpy.core._multiarray_umath")
     found: dict[str, bool] = umath.__cpu_features__
     return found
+
+
+class _Symbol(ctypes.Structure):
+    """Dl_info of dladdr()."""
+
+    _fields_ = (
+        ("file", ctypes.c_char_p),
+        ("base", ctypes.c_void_p),
+        ("name", ctypes.c_char_p),
+        ("address", ctypes.c_void_p),
+    )
+
+
+def library(device: "cl.Device") -> Path:
+    """The file of the PoCL whose device it is. No name or version tells several apart for sure."""
+    # The first word of each of OpenCL's objects points to the functions of its library
+    # (cl_khr_icd).
+    functions, found = ctypes.c_void_p.from_address(device.int_ptr), _Symbol()
+    ctypes.CDLL(None).dladdr(functions, ctypes.byref(found))
+    return Path(os.fsdecode(found.file or b""))
 
 
 def _replace(device_address: int, old: str, new: str) -> None:
