@@ -1,4 +1,4 @@
-"""The gallery: its commands and programs run, one after the other."""
+"""The gallery: its commands and programs run, one after the other, and agree."""
 
 import re
 import shlex
@@ -15,19 +15,25 @@ PAGE = (ROOT / "docs" / "gallery.md").read_text()
 
 
 def test_the_gallery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Smaller than the page says."""
+    """Smaller than the page says. A call gives the picture of the command beside it."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    (tmp_path / "docs" / "gallery").mkdir(parents=True)
     plot, renderer = clrt.plot, clrt.Renderer()
     small = {"size": (64, 36), "samples": 1, "renderer": renderer}
-    monkeypatch.setattr(clrt, "plot", lambda *what, **how: plot(*what, **{**how, **small}))
+    shown: list[clrt.Picture] = []
+    monkeypatch.setattr(
+        clrt, "plot", lambda *what, **how: shown.append(plot(*what, **{**how, **small}))
+    )
     variables: dict[str, object] = {}
+    exec(PAGE.partition("```python\n")[2].partition("```")[0], variables)
     recipes = re.findall(r"^## .*?(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE)
-    assert len(recipes) >= 10
+    assert len(recipes) >= 13
+    compared = 0
     for recipe in recipes:
         blocks = re.findall(r"^```(python|sh)\n(.*?)^```", recipe, re.DOTALL | re.MULTILINE)
         assert blocks, recipe
+        still = None
+        shown.clear()
         for kind, text in blocks:
             if kind == "python":
                 exec(text, variables)
@@ -36,6 +42,12 @@ def test_the_gallery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
                 words = [*shlex.split(line)[1:], "--width", "64", "--height", "36"]
                 done = CliRunner().invoke(main, [*words, "--samples", "1"])
                 assert done.exit_code == 0, done.stderr
+                name = words[words.index("-o") + 1]
+                still = Path(name) if words[0] == "render" else None
+        if still is not None and shown:
+            assert still.read_bytes() == shown[-1]._repr_png_(), recipe
+            compared += 1
+    assert compared >= 10
 
 
 def test_the_pictures_are_the_gallerys() -> None:
@@ -46,6 +58,6 @@ def test_the_pictures_are_the_gallerys() -> None:
 def test_the_data_is_small_and_its_source_is_said() -> None:
     folder = ROOT / "scenes" / "data"
     said = (folder / "README.md").read_text()
-    for path in folder.glob("*.npz"):
+    for path in (*folder.glob("*.npz"), *folder.glob("*.gz")):
         assert path.stat().st_size < 1e6
         assert f"`{path.name}`" in said
