@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from clrt import memory
 from clrt.errors import RequestError
 from clrt.files import image, numbered
+
+if TYPE_CHECKING:
+    import av
 
 Frames = Iterable[NDArray[np.uint8]]
 
@@ -24,6 +27,10 @@ PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
 SIDES = {".mp4": 16384, ".webp": 16383, ".gif": 65535, ".apng": 2**31 - 1}  # pixels each way
 SUFFIXES = tuple(SIDES)
 WITH_ALPHA = (".webp", ".apng")
+# Of an .mp4, as H.264 numbers them (ITU-T H.273): matrix, primaries and transfer of BT.709, whose
+# transfer players take for that of sRGB; and a range of 16 to 235.
+BT709 = 1
+LIMITED = 1
 
 
 def check_output(
@@ -100,12 +107,33 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]], fps: float, crf:
             stream.width, stream.height = width + width % 2, height + height % 2
             stream.pix_fmt = "yuv420p"
             stream.options = {"crf": str(crf), "preset": "veryfast"}
+            codec = stream.codec_context
+            codec.colorspace = codec.color_primaries = codec.color_trc = BT709
+            codec.color_range = LIMITED
             for frame in chain([first], frames):
                 padded = np.pad(frame, padding, "edge") if height % 2 or width % 2 else frame
-                file.mux(stream.encode(av.VideoFrame.from_ndarray(padded, format="rgb24")))
+                file.mux(stream.encode(_as_bt709(padded)))
             file.mux(stream.encode())
     except av.FFmpegError as error:
         raise ValueError(f"H.264: {error.strerror or error}") from None
+
+
+def _as_bt709(frame: NDArray[np.uint8]) -> "av.VideoFrame":
+    """The frame as H.264 is given it: by the matrix of BT.709, in limited range.
+
+    FFmpeg takes BT.601 by default, and a player that finds no matrix in a file guesses it by the
+    picture's size: Chromium showed (213, 55, 39) for (200, 40, 40) at 1920x1080.
+    """
+    import av
+
+    made = av.VideoFrame.from_ndarray(frame, format="rgb24").reformat(
+        format="yuv420p",
+        dst_colorspace="ITU709",
+        src_color_range="JPEG",
+        dst_color_range="MPEG",
+    )
+    made.colorspace, made.color_range = BT709, LIMITED
+    return made
 
 
 def _write_pictures(
