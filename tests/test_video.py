@@ -51,6 +51,31 @@ def test_mp4(run, tmp_path: Path, size: tuple[int, int]) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["orbit.mp4"]
 
 
+@pytest.mark.parametrize(
+    "color", [(200, 40, 40), (40, 200, 40), (40, 40, 200), (255, 255, 255), (0, 0, 0), (9, 99, 190)]
+)
+def test_an_mp4s_colours_are_those_of_bt709(tmp_path: Path, color: tuple[int, int, int]) -> None:
+    """Recommendation ITU-R BT.709: its matrix, limited range, and the stream says so; a player that
+    is told nothing guesses by the size."""
+    flat = np.full((36, 64, 3), color, np.uint8)
+    video.save(tmp_path / "a.mp4", (flat for _ in range(2)), 30, 18)
+    with av.open(str(tmp_path / "a.mp4")) as file:
+        told = file.streams.video[0].codec_context
+        matrix, range_ = 1, 1  # BT.709 and limited, as ITU-T H.273 and FFmpeg number them
+        assert (told.colorspace, told.color_primaries, told.color_trc) == (matrix,) * 3
+        assert told.color_range == range_
+        frame = next(file.decode(video=0))
+    red, green, blue = np.array(color) / 255
+    luma = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    expected = (
+        16 + 219 * luma,
+        128 + 224 * (blue - luma) / 1.8556,
+        128 + 224 * (red - luma) / 1.5748,
+    )
+    for plane, number in zip(frame.planes, expected, strict=True):
+        assert np.frombuffer(plane, np.uint8)[0] == pytest.approx(number, abs=1)
+
+
 @pytest.mark.parametrize("suffix", [".webp", ".apng"])
 def test_alpha(run, tmp_path: Path, suffix: str) -> None:
     clear = (folder("scenes") / "orbit.toml").read_text()
