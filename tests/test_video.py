@@ -73,7 +73,7 @@ def test_an_mp4s_colours_are_those_of_bt709(tmp_path: Path, color: tuple[int, in
         128 + 224 * (red - luma) / 1.5748,
     )
     for plane, number in zip(frame.planes, expected, strict=True):
-        assert np.frombuffer(plane, np.uint8)[0] == pytest.approx(number, abs=1)
+        assert np.frombuffer(bytes(plane), np.uint8)[0] == pytest.approx(number, abs=1)
 
 
 @pytest.mark.parametrize("suffix", [".webp", ".apng"])
