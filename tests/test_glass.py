@@ -15,7 +15,7 @@ from clrt.renderer.pack.features import Features, features_of
 from clrt.renderer.pack.spheres import pack_spheres
 from clrt.renderer.pack.structs import PRECISIONS
 from clrt.renderer.pack.world import pack_world
-from clrt.truth import tracer
+from clrt.truth import glass as true_glass
 
 SIZE = (150, 100)
 BALL = at(MIDDLE, 0.5, "glass")
@@ -246,11 +246,11 @@ def test_a_ball_deviates_by_twice_the_difference_of_the_angles() -> None:
     inward = np.stack([np.sin(angle), np.zeros(n), -np.cos(angle)])
     normal = np.repeat([[0.0], [0.0], [1.0]], n, axis=1)
     glass, air = np.full(n, 1.5), np.ones(n)
-    inside, total, _ = tracer._refracted(inward, normal, air, glass)
+    inside, total, _ = true_glass.refracted(inward, normal, air, glass)
     assert not total.any()
     chord = -2 * (inside * normal).sum(axis=0)
     far = normal + chord * inside  # on the unit ball
-    outward, total, _ = tracer._refracted(inside, -far, glass, air)
+    outward, total, _ = true_glass.refracted(inside, -far, glass, air)
     assert not total.any()
     deviation = np.arctan2(
         np.linalg.norm(np.cross(inward, outward, axis=0), axis=0), (inward * outward).sum(axis=0)

@@ -1,6 +1,6 @@
 """Lights: the paper's four kinds (section 2). Their colours are linear RGB, lengths world units.
 
-What each adds at a hit is in clrt/truth/tracer.py.
+What each adds at a hit is in clrt/truth/surface.py.
 """
 
 import math
