@@ -7,6 +7,7 @@ from msgspec.structs import replace
 import clrt
 from benchmarks import paper
 from clrt import reference
+from clrt.truth import tracer
 
 
 @pytest.mark.parametrize("name", ["four-spheres", "first-result"])
@@ -19,7 +20,7 @@ def test_seed_is_the_papers_loop(name: str) -> None:
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = clrt.load_scene("four-spheres")
     whole = reference.trace(scene, 50, 31)
-    monkeypatch.setattr(reference, "CHUNK_PIXELS", 7 * 50)
+    monkeypatch.setattr(tracer, "CHUNK_PIXELS", 7 * 50)
     bands = reference.trace(scene, 50, 31)
     assert (whole.image == bands.image).all()
     assert (whole.paths == bands.paths).all()
