@@ -194,14 +194,14 @@ def measure(
             contenders["embree"] = other
         seconds = harness.in_turn(contenders, turns)
     features, kernels = used = renderer._programs_of(scene, ["float"])["float"][0]
-    world = renderer._exposer.world(scene)
+    world = renderer._dispatcher.world(scene)
     assert features.tree
 
     def build() -> None:
         Tree(tree_keys(world.spheres), renderer._queue, kernels)
 
     def fit() -> None:
-        renderer._exposer.arguments(scene, *size, used, np.inf)
+        renderer._dispatcher.arguments(scene, *size, used, np.inf)
         renderer._queue.finish()
 
     found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}

@@ -129,7 +129,7 @@ class Uniform:
         """A float32 picture or a region of it."""
         with self._never_enough:
             used = self.renderer._programs_of(scene, ["float"])["float"][-1]
-        arguments = self.renderer._exposer.arguments(scene, *size, used, 0.0)
+        arguments = self.renderer._dispatcher.arguments(scene, *size, used, 0.0)
         film = np.empty((size[1], size[0], 3), np.float32)
         unlike = np.arange(size[0] * size[1], dtype=np.uint32)  # each path but its own
         paths = bands.upload(self.renderer._context, {"paths": unlike})["paths"]

@@ -7,7 +7,7 @@ import time
 from contextlib import suppress
 from types import FrameType
 
-# Those that are not ignored, as Ctrl-C is by a shell's background jobs.
+# A shell's background jobs ignore Ctrl-C: an ignored signal stays ignored.
 SIGNALS = [
     number
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -25,17 +25,18 @@ _ended = float("-inf")  # when
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    """Ends it by an exception, so that what it is writing is removed."""
+    """Ends the command by an exception, so that half-written files are removed."""
     global _ended
     if time.monotonic() < _ended + PATIENCE:
         return  # it is at it: `timeout` sends two, and so do the impatient
     _ended = time.monotonic()
-    sys.unraisablehook = lambda unraisable: None  # what it left half made complains of that
+    sys.unraisablehook = lambda unraisable: None  # half-made objects complain
     sys.exit(128 + number)
 
 
 def main() -> None:
-    # What was closed by who started it is opened, in this order, lest a picture gets its number.
+    # The parent may have closed some of these. They are opened in this order, lest a picture
+    # gets the number of one.
     if sys.stdin is None:
         sys.stdin = open(os.devnull)  # noqa: SIM115
     if sys.stdout is None:

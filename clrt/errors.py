@@ -1,4 +1,4 @@
-"""What can go wrong, and the exit status that each ends the command with."""
+"""Errors and warnings, and the exit status that each error gives the command."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ class OutputError(ClrtError):
 
 
 class RequestError(ClrtError, ValueError):
-    """What was asked for cannot be meant: a size, a suffix, a folder."""
+    """A request makes no sense: a size, a suffix, a folder."""
 
     exit_status = 2
 
@@ -45,7 +45,7 @@ class CutError(SceneError):
 
 @contextmanager
 def named(source: object, kind: type[ClrtError] = RequestError) -> Iterator[None]:
-    """Puts the name of a file, or of a scene, before what is found wrong with it."""
+    """Puts the name of a file, or of a scene, before the errors of it."""
     try:
         yield
     except kind as error:

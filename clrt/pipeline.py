@@ -22,7 +22,7 @@ def in_order(
     work that is under way.
 
     Raises:
-        What work or items raise.
+        The errors of work and of items.
     """
     under_way: deque[Future[Result]] = deque()
     source = iter(items)

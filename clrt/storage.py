@@ -1,4 +1,4 @@
-"""Storage: the folders that clrt comes with, and the cache, where it keeps what it made."""
+"""Storage: the folders that clrt comes with, the cache of compiled programs, and locks."""
 
 import errno
 import fcntl
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from clrt.errors import DeviceError
 
-LOCK_GRACE_SECONDS = 60  # what is younger may not be locked yet
+LOCK_GRACE_SECONDS = 60  # a younger file may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
 KEPT_ROOM = 200 << 20  # bytes of all that is kept: 1200 programs
 KEY_LENGTH = 64  # of a kept file's name: sha256, in hexadecimal digits
@@ -26,8 +26,8 @@ def folder(name: str) -> Path:
 
 
 def cache_folder(runs: bool = False) -> Path:
-    """Where clrt keeps what it can make again: in the user's cache (XDG base directories), or in
-    the temporary folder if that cannot be written or is full.
+    """The folder for things that clrt can make again. It is in the user's cache (XDG base
+    directories), or in the temporary folder if that cannot be written or is full.
 
     runs: whether programs must run from there.
 
@@ -68,7 +68,7 @@ def _temporary() -> Path:
 
 
 def kept(path: Path) -> bytes | None:
-    """What keep() kept in the cache; None if it is not there, cut short or changed."""
+    """The content that keep() wrote; None if it is not there, cut short or changed."""
     with suppress(OSError):
         # So a pipe, which only a vandal puts there, is an error and nothing to wait for.
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -82,9 +82,9 @@ def kept(path: Path) -> bytes | None:
 
 
 def keep(path: Path, content: bytes) -> None:
-    """Keeps it as sha256(content) + content, and forgets what was not used for longest.
+    """Keeps it as sha256(content) + content, and forgets the files that were not used for longest.
 
-    Whole or not at all: what was there stays as it is for those who have it open.
+    Whole or not at all: a reader that has the old file open reads the old content.
 
     Args:
         path: in the cache folder, with a name of KEY_LENGTH.
@@ -130,7 +130,7 @@ def locked(path: Path) -> int:
 
 
 def abandoned(paths: Iterable[Path]) -> Iterator[Path]:
-    """Those that a process had locked which is no more."""
+    """The files and folders that were locked by a process that has ended."""
     for path in paths:
         try:
             if time.time() - path.stat().st_mtime > LOCK_GRACE_SECONDS:

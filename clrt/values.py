@@ -1,4 +1,4 @@
-"""Values: what the parts of a scene check, and how they report what is wrong."""
+"""Values: checks that the parts of a scene share, and the errors that they report."""
 
 import math
 import operator
@@ -26,7 +26,7 @@ class RowError(SceneError):
     row: int | None
     """Which; None where there is one for all."""
     expected: str
-    """And what was got."""
+    """The expected value, and the one that was given."""
 
 
 def require(good: bool, key: str, expected: str, value: object) -> None:
@@ -154,7 +154,7 @@ def frozen(array: Array) -> Array:
 
 
 def _can_change(array: Any) -> bool:
-    """Whether somebody can write to it: it, or what it is a view of, is writeable."""
+    """Whether somebody can write to it: it, or an array that it is a view of, is writeable."""
     while isinstance(array, np.ndarray):
         if array.flags.writeable:
             return True

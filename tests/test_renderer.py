@@ -540,7 +540,7 @@ def test_memory_of_every_kind_of_film_is_taken_again() -> None:
         places = set()
         for _ in range(4):
             image, passes = renderer.render(scene, 64, 36, dtype="uint8", passes=["id"])
-            used = renderer._exposer._films
+            used = renderer._dispatcher._films
             places.add(tuple(sorted((use, films._last.ctypes.data) for use, films in used.items())))
             del image, passes
         assert {use for use, _ in next(iter(places))} == {"picture", "exposed", "passes"}

@@ -40,7 +40,8 @@ class Warnings:
 
 
 def _command(words: Sequence[str]) -> str:
-    """What a picture says that made it. Not where to: the same picture is the same bytes."""
+    """The command that a picture names as its maker. It leaves out the output, so that the same
+    picture is the same bytes."""
     kept, rest = ["clrt"], iter(words)
     for word in rest:
         if word in ("-o", "--output"):
@@ -65,7 +66,7 @@ class Commands(click.Group):
         except MemoryError:
             said, status = "not enough memory: render it in parts (--region) or smaller", 1
         except OSError as error:
-            with suppress(OSError):  # what stdout still holds would fail again at the end
+            with suppress(OSError):  # else the rest of stdout's buffer would fail again at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             said, status = str(error) if error.filename else f"stdout: {error.strerror or error}", 1
         except Exception as error:

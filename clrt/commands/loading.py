@@ -13,7 +13,7 @@ T = TypeVar("T", bound="Struct")
 
 
 def changed(given: T, **options: Any) -> T:
-    """A scene, or a part of one, with what options say in place of its own values."""
+    """A scene, or a part of one, whose values give way to those of options that were given."""
     from msgspec.structs import replace
 
     try:
@@ -23,7 +23,7 @@ def changed(given: T, **options: Any) -> T:
 
 
 def opened(name: str, *, samples: int | None, background: str | None, **film: Any) -> "Scene":
-    """A scene with what options say of its samples and its film."""
+    """Reads a scene; options that were given replace its samples and values of its film."""
     from clrt.files.scenefile import load_scene
     from clrt.film import color
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def say(text: str) -> None:
-    """A line on stderr; what a scene file or a file's name says goes there as text only."""
+    """Prints a line on stderr. Control characters of file names and scenes are spelt out."""
     with suppress(OSError):  # nobody listens
         click.echo("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text), err=True)
 

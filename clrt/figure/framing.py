@@ -121,8 +121,8 @@ def holding(
         raise RequestError(f"up: expected a direction not along the view, got {up}") from None
     axes = np.array(Camera(towards, (0.0, 0.0, 0.0), up).basis())
     aspect = size[0] / size[1]
-    # How far from the middle of the picture what is held may reach to the right, to the left and
-    # up, in halves of its width and height.
+    # How far spheres and points may reach from the middle of the picture to the right, to the
+    # left and up, in halves of its width and height.
     inner = 1 - 2 * margin
     reach = np.array([[inner - 2 * room, inner], [inner, inner]])
     seen = None if center is None else axes @ center
@@ -194,7 +194,7 @@ def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Arra
                 spheres.radius[block].astype(float),
             )
             for i, (x, y, z) in enumerate(axes):
-                # Not a product of matrices: what it rounds to depends on how they lie in memory.
+                # Not a product of matrices: its rounding depends on how they lie in memory.
                 middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius
                 low[i] = min(low[i], (middle - reach).min())
                 high[i] = max(high[i], (middle + reach).max())

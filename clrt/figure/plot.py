@@ -22,7 +22,7 @@ from clrt.scene.scene import Scene
 from clrt.values import Array
 
 VALUES = "values"
-"""What the column is called that plot() is given."""
+"""The name of the column that plot() makes of `values`."""
 
 
 class Picture:
@@ -30,7 +30,7 @@ class Picture:
 
     Args:
         pixels: (height, width, 3), or 4 with alpha, uint8: sRGB, straight.
-        scene: what it was rendered of.
+        scene: the scene that it shows.
     """
 
     def __init__(self, pixels: Array, scene: Scene) -> None:

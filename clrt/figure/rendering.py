@@ -22,7 +22,7 @@ Array: TypeAlias = NDArray[Any]
 
 
 class Options(TypedDict, total=False):
-    """What render() takes beside a scene, a size and passes."""
+    """The options of render(), beside passes."""
 
     dtype: DTypeLike | None
     region: Region | None
@@ -32,7 +32,7 @@ class Options(TypedDict, total=False):
 
 
 class Renderer(Engine):
-    """Renders scenes on one device, keeping what was compiled.
+    """Renders scenes on one device, keeping compiled programs.
 
     Threads can share one, which renders one picture at a time, or have one each.
 
@@ -45,7 +45,7 @@ class Renderer(Engine):
         threads: for PoCL, before OpenCL's first use in this process; default: every core.
 
     Raises:
-        DeviceError: there is no such device, or it lacks what `precision` needs.
+        DeviceError: there is no such device, or it has no float64, which "double" needs.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class Renderer(Engine):
         alpha: bool | None = None,
         passes: Sequence[str] | None = None,
     ) -> None:
-        """Compiles what render() will need for such a scene, if it is not compiled yet."""
+        """Compiles the programs that render() needs for such a scene."""
         super().prepare(self._complete(scene), dtype, alpha=alpha, passes=passes)
 
     def paths(self, scene: Scene | str | Path, width: int, height: int) -> NDArray[np.uint32]:
@@ -152,7 +152,7 @@ class Renderer(Engine):
         return super().paths(self._complete(scene), width, height)
 
     def _complete(self, scene: Scene | str | Path) -> Scene:
-        """The scene with all that it shows in it."""
+        """The scene, read if it is a name or a path, with its files of particles read."""
         check_process()  # before the lock, which a fork may have for ever
         with self._lock:
             return self._resolver.scene(as_scene(scene))

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class Resolver:
-    """Reads files of particles, and keeps what it made of those of the last scene: it is the same
-    for a scene of which other parts were changed."""
+    """Reads files of particles, and keeps the spheres of the last scene's. A scene that differs in
+    other parts only gets the same spheres."""
 
     def __init__(self) -> None:
         self._key: Any = None
@@ -31,8 +31,8 @@ class Resolver:
         """The scene, with its particles as spheres after its own.
 
         Raises:
-            SceneError: a file cannot be read, or has not what is to be drawn; it names the entry of
-                `particles`, the file and what was expected.
+            SceneError: a file cannot be read, or lacks a quantity that is to be drawn. The message
+                names the entry of `particles`, the file and the expected value.
             OutputError: it does not fit into memory.
         """
         if not scene.particles:
@@ -54,8 +54,10 @@ def resolved(scene: Scene) -> Scene:
 
 
 def _read(scene: Scene) -> tuple[Spheres, Film]:
-    """All its spheres, and its film with what particles add to it."""
-    from clrt.figure.coloring import decorated  # what scenes without particles have no need of
+    """All its spheres, and its film with the boxes, range and legend of its particles."""
+    from clrt.figure.coloring import (
+        decorated,
+    )  # imported late: scenes without particles need it not
 
     parts = [_colored(i, one) for i, one in enumerate(scene.particles)]
     own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
@@ -84,7 +86,7 @@ def _colored(i: int, one: ParticleFile) -> "Colored":
 
 
 def _state(one: ParticleFile) -> tuple[int, ...]:
-    """Which tells a file that has changed."""
+    """Its inode, size and time: they tell a file that has changed."""
     with suppress(OSError):
         status = os.stat(one.file)
         return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns

@@ -14,7 +14,7 @@ from clrt.scene.scene import Scene
 
 
 def look(**given: Any) -> Look:
-    """How particles are drawn; what is None is not given."""
+    """How particles are drawn. None is as if the option was not given."""
     return Look(**{key: value for key, value in given.items() if value is not None})
 
 
@@ -22,7 +22,7 @@ def of_file(path: Path, frame: int, look: Look, format: str | None = None) -> Sc
     """The scene that shows a frame of a file, with its particles as spheres.
 
     Raises:
-        RequestError: it cannot be read, or has not what is to be drawn; it names the file.
+        RequestError: it cannot be read, or lacks a quantity that is to be drawn; it names the file.
         OutputError: it does not fit into memory.
     """
     particles = read(path, frame, format)
@@ -33,6 +33,6 @@ def of_file(path: Path, frame: int, look: Look, format: str | None = None) -> Sc
 def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
     """The same scene, but its particles stay in their file."""
     one = ParticleFile(str(path), frame, **look.coloring)
-    # What the particles add to it they add again.
+    # The particles will add these again.
     film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
     return replace(scene, spheres=(), particles=(one,), film=film)

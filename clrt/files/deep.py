@@ -1,4 +1,5 @@
-"""What Pillow does not write: floats, and 16 bits a channel. Each as an encoder and its reader."""
+"""Deep pictures, which Pillow does not write: floats, and 16 bits a channel. Each format has an
+encoder and a reader."""
 
 import importlib
 from collections.abc import Callable, Mapping
@@ -15,7 +16,7 @@ Passes = Mapping[str, Array]
 
 NO_PASSES: Passes = {}
 
-# Libraries that only some formats need, and what is said where one is not installed.
+# Libraries that only some formats need, and the advice where one is not installed.
 OPENEXR = ("OpenEXR", ".exr needs OpenEXR: pip install openexr")
 PYAV = ("av", "16 bits a channel need PyAV: pip install av")
 

@@ -64,7 +64,7 @@ def check_output(
     bits: int | None = None,
     passes: bool = False,
 ) -> None:
-    """Finds out before rendering what would fail after it.
+    """Finds out before rendering whether saving would fail after it.
 
     Args:
         bits: of a channel, see film_dtype().
@@ -133,7 +133,7 @@ def check_file(path: Path) -> None:
         RequestError: it is something else, or its folder is not there or not writable.
     """
     try:
-        target = path.resolve()  # a link stays one, and what it names is written
+        target = path.resolve()  # a link stays one: its target is written
         exists, has_folder = target.exists(), target.parent.is_dir()
         is_other = exists and not target.is_file()
     except (OSError, RuntimeError, ValueError) as error:
@@ -149,7 +149,7 @@ def check_file(path: Path) -> None:
 
 
 def check_apart(output: Path, source: Path) -> None:
-    """Finds out whether the output is what is read.
+    """Finds out whether the output is the same file as the input.
 
     Raises:
         RequestError: it is.
@@ -162,7 +162,7 @@ def check_apart(output: Path, source: Path) -> None:
 def film_dtype(
     path: Path, bits: int | None = None
 ) -> type[np.uint8] | type[np.uint16] | type[np.float32]:
-    """What the pixels of a film for this file are: uint8, uint16 or float32 (linear, not clipped).
+    """The dtype of a film for this file: uint8, uint16 or float32 (linear, not clipped).
 
     bits: of a channel, 8 or 16; default: 8, or the float32 of the format.
 
@@ -195,7 +195,7 @@ def save(
             straight colours, floats premultiplied ones.
         passes: "depth", "normal" and "id" as Renderer.render() gives them, for .npz and .exr.
         transfer: the curve of the integers in it, "linear" or "srgb": a PNG says if it is sRGB.
-        command: what made it. A PNG says that as well.
+        command: the command that made it, which a PNG notes.
 
     Raises:
         RequestError: the film is not for this suffix, or the file cannot be there.
@@ -231,7 +231,7 @@ def as_png(film: NDArray[Any], *, transfer: str = "linear", command: str = "") -
 
 @cache
 def _sweep(folder: Path) -> None:
-    """Removes what killed processes were writing there. Once: to list a folder of ten thousand
+    """Removes the unfinished files of killed processes. Once: to list a folder of ten thousand
     pictures takes as long as to write one."""
     for old in storage.abandoned(folder.glob(".*.part")):
         if re.fullmatch(PART, old.name):
@@ -277,7 +277,7 @@ def written_whole(path: Path) -> Iterator[Path]:
 def load(path: Path) -> NDArray[np.float32]:
     """Reads a picture of any of the formats: float32 (height, width, 3), or 4 with alpha.
 
-    Integers become parts of the largest, and premultiplied. What curve they are on stays so.
+    Integers become parts of the largest, and premultiplied. Their curve stays as it is.
 
     Raises: as read().
     """
@@ -305,7 +305,7 @@ def read(path: Path) -> NDArray[Any]:
         image = deep.READ.get(path.suffix.lower(), _read_integers)(path)
     except (OutputError, RequestError):
         raise
-    except Exception as error:  # what a spoilt file makes of NumPy and Pillow has no end
+    except Exception as error:  # NumPy and Pillow raise anything of a spoilt file
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise RequestError(f"{path}: cannot be read: {reason}") from None
     good = isinstance(image, np.ndarray) and image.ndim == 3 and image.shape[2] in (3, 4)
@@ -372,7 +372,7 @@ def is_whole(path: Path, width: int, height: int) -> bool:
 
 
 def _notes(transfer: str, command: str) -> list[tuple[bytes, bytes]]:
-    """What a PNG says of itself: chunks."""
+    """The chunks of a PNG that tell its curve and its maker."""
     from importlib.metadata import version
 
     notes = [(b"sRGB", b"\0")] * (transfer == "srgb")  # perceptual

@@ -25,7 +25,7 @@ AHEAD = 2  # pictures that are read while one is encoded
 
 
 class Kind(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What pictures have in common that are frames of one video, equal to the bit whoever made
+    """The common ground of pictures that are frames of one video, equal to the bit whoever made
     them."""
 
     scene: str
@@ -35,7 +35,7 @@ class Kind(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     precision: str
     lanes: int
     target: str
-    """What the kernel is compiled for, see clrt.opencl.device.target()."""
+    """The CPU that the kernel is compiled for, see clrt.opencl.device.target()."""
     clrt: str
     """Its version."""
 
@@ -108,7 +108,7 @@ def found(pattern: Path, record: Record | None = None) -> list[int]:
 
 
 def record(pattern: Path) -> Record | None:
-    """What is said of the pictures; None if nothing is.
+    """The note beside the pictures; None if there is none.
 
     Raises:
         RequestError: it cannot be read.
@@ -237,7 +237,7 @@ def _mixed(pattern: Path, theirs: Kind, ours: Kind) -> str:
 
 
 def _write(pattern: Path, record: Record, *, keep: bool = False) -> None:
-    """Writes it whole or not at all; to `keep` leaves what another has written meanwhile.
+    """Writes it whole or not at all; with `keep` another's, written meanwhile, stays.
 
     Raises:
         OutputError: it could not be written.

@@ -33,7 +33,7 @@ class _Band(NamedTuple):
 def write(file: IO[bytes], film: NDArray[Any], notes: Sequence[tuple[bytes, bytes]] = ()) -> None:
     """Writes a film, uint8 or uint16 (height, width, 3), or 4 with straight alpha, as RGB or RGBA.
 
-    notes: chunks, each a kind and what it holds, that come before the picture.
+    notes: chunks, each a kind and its bytes, that come before the picture.
     """
     height, width, channels = film.shape
     file.write(b"\x89PNG\r\n\x1a\n")
@@ -41,7 +41,7 @@ def write(file: IO[bytes], film: NDArray[Any], notes: Sequence[tuple[bytes, byte
     _chunk(file, b"IHDR", struct.pack(">2I5B", width, height, depth, color, 0, 0, not_interlaced))
     for kind, content in notes:
         _chunk(file, kind, content)
-    # zlib's stream (RFC 1950): a header, what is compressed, and a checksum of what was.
+    # zlib's stream (RFC 1950): a header, compressed data, and a checksum of the plain data.
     _chunk(file, b"IDAT", b"\x78\x01")
     checksum = 1
     threads = cgroups.cores()
@@ -78,7 +78,7 @@ def _compressed(band: tuple[NDArray[Any], bool]) -> _Band:
 
 
 def _joined(checksum: int, band: _Band) -> int:
-    """The Adler-32 of what came before and a band, of the Adler-32 of each.
+    """The Adler-32 of two texts, one after the other, of the Adler-32 of each.
 
     It is b << 16 | a, where a is 1 + the sum of the bytes, and b the sum of all a on the way.
     """

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Frames = Iterable[NDArray[np.uint8]]
 
-# Pillow's name of each format, and what it is told. Pillow keeps all frames until it has the last.
+# Pillow's name of each format, and its options. Pillow keeps all frames until it has the last.
 PICTURES: dict[str, tuple[str, dict[str, Any]]] = {
     ".webp": ("WEBP", {"quality": 70, "method": 2}),
     ".gif": ("GIF", {}),
@@ -36,7 +36,7 @@ LIMITED = 1
 def check_output(
     path: Path, width: int, height: int, frames: int, fps: float, *, alpha: bool = False
 ) -> None:
-    """Finds out before rendering what would fail after it.
+    """Finds out before rendering whether saving would fail after it.
 
     Raises:
         RequestError: the suffix names no format, or none of this size or with alpha, or the folder

@@ -1,10 +1,10 @@
-"""The film: what is done to a picture after it was traced, always in this order:
+"""Develop: the steps of a picture after it was traced, always in this order:
 
     denoise -> depth cue -> outline -> cells, colour bar -> background -> clip -> transfer -> bytes
 
 The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
-(..., 4): linear red, green and blue, premultiplied by the alpha that comes last. What mirrored rays
-see of the background is in them already; what the camera sees directly is added here.
+(..., 4): linear red, green and blue, premultiplied by the alpha that comes last. The kernel has
+added the background that mirrored rays see; the background that the camera sees is added here.
 """
 
 import functools
@@ -20,7 +20,7 @@ from clrt.values import Color
 
 Array = NDArray[Any]
 
-BLOCK = 1 << 14  # pixels that are developed at a time: what they need stays in the cache
+BLOCK = 1 << 14  # pixels that are developed at a time: their arrays stay in the cache
 
 NEARER = 0.25
 """How far a line lies on the nearer side of its edge, in pixels: so it is as many pixels wide as it
@@ -38,7 +38,7 @@ def has_marks(film: Film) -> bool:
 
 
 def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
-    """Whether a picture of that dtype, with alpha or without, is not what a kernel makes itself:
+    """Whether a picture of that dtype, with alpha or without, needs steps here: kernels make
     floats, linear bytes, and floats with alpha."""
     if needs_passes(film) or has_marks(film) or (any(film.background) and not alpha):
         return True
@@ -67,7 +67,7 @@ def halo(film: Film, samples: int = 1) -> int:
 
 
 class Seen(NamedTuple):
-    """What the camera sees first: of a picture, and of what is around it as far as halo() says."""
+    """The first surfaces that the camera sees, in a picture and as far around it as halo() says."""
 
     sphere: Array
     """(height, width), the index of the one that is seen, -1 for none."""

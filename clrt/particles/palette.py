@@ -13,7 +13,7 @@ from clrt.errors import RequestError
 from clrt.values import Array, frozen
 
 COLORMAPS = ("viridis", "plasma", "turbo", "coolwarm")
-"""Those that are always there."""
+"""The maps that are always there; matplotlib brings more."""
 
 UNKNOWN = (128, 128, 128)
 """The colour of NaN, sRGB."""
@@ -63,12 +63,12 @@ def of_values(
 ) -> Array:
     """(n, 3) uint8, sRGB, of numbers (n,), by a colour map.
 
-    What is outside `clim` takes the map's ends, NaN takes gray, and if `clim` has no width what
-    lies in it takes the map's middle.
+    Values outside `clim` take the map's ends, NaN takes gray, and if `clim` has no width the value
+    in it takes the map's middle.
 
     Args:
         cmap: one of COLORMAPS, or of matplotlib's if it is there; _r behind it turns it round.
-        clim: what the ends of the map stand for; None: the least and the largest finite value.
+        clim: the values of the map's ends; None: the least and the largest finite value.
 
     Raises:
         RequestError: there is no such map, or clim is no range.

@@ -1,4 +1,4 @@
-"""What a scene says of a file of particles: where it is, and how its particles are drawn."""
+"""ParticleFile: a scene's entry for a file of particles: where it is, and how they are drawn."""
 
 import math
 import operator

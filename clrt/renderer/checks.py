@@ -17,10 +17,10 @@ MAX_SIDE = 1 << 24  # pixels of a row or a column that float32 can number
 
 
 def film_dtype(dtype: DTypeLike | None, out: Array | None = None) -> np.dtype[Any]:
-    """What a picture's pixels are: float32, the default, uint8 or uint16.
+    """The dtype of a picture: float32, the default, uint8 or uint16.
 
     Raises:
-        RequestError: they are neither, or are not those of `out`.
+        RequestError: it is none of these, or not that of `out`.
     """
     try:
         wanted = np.dtype(np.float32 if dtype is None else dtype)

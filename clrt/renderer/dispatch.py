@@ -28,7 +28,7 @@ Program: TypeAlias = "tuple[Features, dict[str, cl.Kernel]]"
 Box: TypeAlias = tuple[int, int, int, int]
 
 
-class Exposer:
+class Dispatcher:
     """Runs programs over films. It keeps what is packed of a scene while only the camera changes,
     its tree, and the memory of films that nobody has any more."""
 

@@ -17,7 +17,7 @@ from clrt.film.decor import decorations
 from clrt.opencl import pocl, program
 from clrt.opencl.device import check_process, find_device, label
 from clrt.renderer.checks import Passes, Region, check_passes, check_region, check_size, film_dtype
-from clrt.renderer.dispatch import Exposer, Program, quiet
+from clrt.renderer.dispatch import Dispatcher, Program, quiet
 from clrt.renderer.pack.features import LANES, Features, features_of, stages
 from clrt.renderer.pack.structs import PRECISIONS, FilmKind, Precision
 from clrt.scene.scene import Scene
@@ -30,7 +30,7 @@ PATIENCE = 1  # seconds after which a person wonders
 
 
 class Engine:
-    """Renders scenes on one device, keeping what was compiled: see clrt.Renderer, which reads the
+    """Renders scenes on one device, keeping compiled programs: see clrt.Renderer, which reads the
     files that a scene names."""
 
     def __init__(
@@ -65,7 +65,7 @@ class Engine:
                 self._context, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
         self._programs: dict[Features, dict[str, cl.Kernel]] = {}
-        self._exposer = Exposer(self._queue, precision)
+        self._dispatcher = Dispatcher(self._queue, precision)
         self._lock = threading.RLock()  # a kernel has its arguments until it is enqueued
         self.quiet = False
         """Whether a terminal is not told when compiling takes long."""
@@ -82,12 +82,12 @@ class Engine:
     def close(self) -> None:
         """Waits for the device and lets go of it."""
         with self._lock:
-            self._exposer.close()
+            self._dispatcher.close()
             self._programs.clear()
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
-        """OpenCL's, as ours."""
+        """Turns OpenCL's errors into clrt's."""
         import pyopencl as cl
 
         try:
@@ -102,8 +102,10 @@ class Engine:
             box = 0, 0, *check_size(width, height)
             _check_read(scene)
             used = self._programs_of(scene, ["paths"])["paths"]
-            arguments = self._exposer.arguments(scene, width, height, used[0], self.kernel_seconds)
-            exposed, self.kernel_seconds = self._exposer.exposed(
+            arguments = self._dispatcher.arguments(
+                scene, width, height, used[0], self.kernel_seconds
+            )
+            exposed, self.kernel_seconds = self._dispatcher.exposed(
                 used, scene, arguments, (width, height), box
             )
             return exposed[..., 0]
@@ -144,11 +146,11 @@ class Engine:
         kinds = exposures(scene, dtype, alpha, names)
         programs = self._programs_of(scene, kinds)
         own = programs[kinds[0]]
-        arguments = self._exposer.arguments(scene, width, height, own[0], self.kernel_seconds)
+        arguments = self._dispatcher.arguments(scene, width, height, own[0], self.kernel_seconds)
         seconds, found, seen = 0.0, {}, None
 
         def expose(used: Sequence[Program], box: Region, **options: Any) -> tuple[Array, float]:
-            return self._exposer.exposed(used, scene, arguments, size, box, **options)
+            return self._dispatcher.exposed(used, scene, arguments, size, box, **options)
 
         def grown(pixels: int) -> tuple[Region, tuple[slice, slice]]:
             """The box with so many more around it, and where in that it lies."""
@@ -164,7 +166,7 @@ class Engine:
             )
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
-            radius = self._exposer.world(scene).spheres.radius
+            radius = self._dispatcher.world(scene).spheres.radius
             seen = develop.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
         if "alpha" in programs and (reach or develop.has_steps(scene.film, dtype, alpha)):
             around, inside = grown(reach)
@@ -176,7 +178,7 @@ class Engine:
                 )
                 near = seen.sphere[y : y + len(exposed), x : x + exposed.shape[1]]
                 exposed = develop.denoised(exposed, near, reach)[inside]
-            image = self._exposer.blank(shape, dtype) if out is None else out
+            image = self._dispatcher.blank(shape, dtype) if out is None else out
             depth = None if seen is None else seen.depth[seen.picture]
             marks = decorations.marks(scene, size, box, alpha, depth)
             develop.develop(exposed, scene.film, image, seen, marks)
@@ -193,7 +195,7 @@ class Engine:
         alpha: bool | None = None,
         passes: Sequence[str] | None = None,
     ) -> None:
-        """Compiles what render() will need for such a scene, if it is not compiled yet."""
+        """Compiles the programs that a picture of such a scene needs."""
         check_process()
         alpha = scene.film.transparent if alpha is None else alpha
         with self._lock, self._errors():
@@ -207,7 +209,7 @@ class Engine:
     ) -> dict[FilmKind, list[Program]]:
         """The programs of each film, one after the other; if those of so many lanes do not work,
         those of fewer."""
-        world = self._exposer.world(scene)
+        world = self._dispatcher.world(scene)
         while True:
             needed = {
                 kind: [

@@ -14,7 +14,7 @@ from clrt.errors import DeviceError
 from clrt.film import metrics
 from clrt.opencl import bands, edges, pocl, program
 from clrt.renderer import samples
-from clrt.renderer.dispatch import Exposer
+from clrt.renderer.dispatch import Dispatcher
 from clrt.renderer.pack.arguments import sampling
 from clrt.renderer.pack.features import TREE_FROM, Features
 from clrt.renderer.pack.structs import FILMS, PRECISIONS, Array
@@ -54,8 +54,8 @@ def _try_here(device: "cl.Device", source: str, features: Features) -> bytes:
     built = program.compiled(context, device, source, features.options)
     scene, kernels = scene_for(features), program.kernels(built)
     width, height = size = size_for(features)
-    exposer = Exposer(queue, features.precision)
-    arguments = exposer.arguments(scene, width, height, (features, kernels), 0)
+    dispatcher = Dispatcher(queue, features.precision)
+    arguments = dispatcher.arguments(scene, width, height, (features, kernels), 0)
     if features.refine:
         dtype, channels = FILMS[features.film]
         film = np.empty((height, width, channels), dtype)
@@ -65,7 +65,7 @@ def _try_here(device: "cl.Device", source: str, features: Features) -> bytes:
             arguments["lost"] = np.zeros(2, np.int32)
         edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
     else:
-        film, _ = exposer.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
+        film, _ = dispatcher.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
     if wrong := wrong_pixels(film, scene, features):
         raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
     return program.binary(built)

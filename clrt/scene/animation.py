@@ -20,7 +20,7 @@ FRAMES = 10**7
 
 
 class Key(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where the camera is at a frame. What is None keeps the scene's camera's value."""
+    """The camera's place at a frame. None keeps the value of the scene's camera."""
 
     frame: int
     position: Vec3 | None = None

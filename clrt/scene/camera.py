@@ -17,7 +17,7 @@ LENSES = {"perspective": "fov", "orthographic": "height"}
 """The key that says how much of the world a camera sees."""
 
 CAMERA_VECTORS = ("position", "look_at", "up")
-"""What of a camera a key can give, beside the number that LENSES names."""
+"""The vectors that an animation's key can give, beside the number that LENSES names."""
 
 
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -35,9 +35,10 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Perspective: horizontal, degrees, between 0 and 180; 90 if it is not given."""
     projection: Literal["perspective", "orthographic"] = "perspective"
     height: float | None = None
-    """Orthographic: of what the picture shows, world units."""
+    """Orthographic: the height of the part of the world that the picture shows, world units."""
     aperture_radius: float = 0.0
-    """Perspective: of the lens, world units. Above 0 only what is at focus_distance is sharp."""
+    """Perspective: radius of the lens, world units. Above 0 only points at focus_distance are
+    sharp."""
     focus_distance: float | None = None
     """How far along the view the plane is that is in focus, world units."""
 
@@ -78,7 +79,7 @@ class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def has_lens(self) -> bool:
-        """Whether what is out of focus is blurred."""
+        """Whether points out of focus are blurred."""
         return self.aperture_radius > 0
 
     def basis(self) -> tuple[Vec3, Vec3, Vec3]:

@@ -1,4 +1,4 @@
-"""Film: what becomes of the light that a picture has gathered, by its values."""
+"""Film: the settings that turn gathered light into a picture."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from clrt.values import (
 
 
 class LegendEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a colour stands for."""
+    """A colour of a legend, and its name."""
 
     name: str
     color: Color
@@ -60,16 +60,16 @@ OUTLINE = 100.0
 
 
 class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What becomes of the light that a picture has gathered: clrt.film.develop has the steps."""
+    """The settings that turn gathered light into a picture: clrt.film.develop has the steps."""
 
     background: Color = (0.0, 0.0, 0.0)
-    """What every ray of the camera's sees that leaves the scene, after mirrors as well."""
+    """The colour where a ray of the camera's leaves the scene, after mirrors as well."""
     transparent: bool = False
     """The picture has alpha in place of the background."""
     transfer: Literal["linear", "srgb"] = "linear"
     """The curve of integer films and files; floats are linear."""
     outline: float = 0.0
-    """The width of a line around what stands before something else, pixels; 0 draws none."""
+    """The width of the line around a sphere that stands before something else, pixels; 0: none."""
     outline_color: Color = (0.0, 0.0, 0.0)
     depth_cue: tuple[float, float] = (0.0, 0.0)
     """From the first depth to the second, world units, colours go over into the background. Two
@@ -86,7 +86,7 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     colorbar_room: bool = False
     """Nothing else is drawn where the bar or the legend is."""
     legend: Sequence[LegendEntry] = ()
-    """What is drawn instead of the bar."""
+    """Entries that are drawn instead of the bar."""
     cells: Sequence[Cell] = ()
     """Boxes whose edges are drawn."""
 

@@ -1,4 +1,4 @@
-"""Lens: what a camera sees of a scene's spheres, and from where its rays start.
+"""Lens: the spheres that a camera sees, where they show, and where its rays start.
 
 A point's place here is as the camera has it: x to the right, y up, z back.
 """
@@ -15,7 +15,7 @@ from clrt.scene.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]
 
-BLOCK = 1 << 15  # spheres that are looked at at a time: what they need stays in the cache
+BLOCK = 1 << 15  # spheres that are looked at at a time: their arrays stay in the cache
 LOOKED_AT = 2000  # spheres, every nth of many, that stand for all
 
 
@@ -25,7 +25,7 @@ def blocks(n: int) -> Iterator[slice]:
 
 
 def is_long(camera: Camera) -> bool:
-    """Whether what fills the picture may be far away against its size."""
+    """Whether things that fill the picture may be far away against their size."""
     return camera.fov is not None and camera.fov < 14
 
 
@@ -36,7 +36,7 @@ def half_screen(camera: Camera, width: int, height: int) -> Array:
     if camera.height is not None:
         top = camera.height / wide(2)
         return np.array([top * width / height, top])
-    # tan(pi / 4) is a rounding below 1, which is what the paper's screen has.
+    # The paper's screen has 1, and tan(pi / 4) is a rounding below it.
     fov = wide(camera.fov or 0)
     half: Any = wide(1) if fov == 90 else np.tan(np.radians(fov) / 2)
     return np.array([half, half * (wide(height) / width)])
@@ -57,14 +57,16 @@ def middle_size(camera: Camera, spheres: Sequence[Sphere]) -> float:
 
 
 def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floating[Any]]) -> Any:
-    """How far ahead of the camera rays start, just before what is seen: of an orthographic camera,
-    whose rays are whole lines, it may be negative, and spheres that are larger than the picture do
-    not count unless there are no others. Such a sphere can be met far before all others.
+    """How far ahead of the camera rays start, just before the first sphere.
+
+    Rays of an orthographic camera are whole lines: the distance may be negative. Spheres that are
+    larger than the picture do not count there unless there are no others, as such a sphere can be
+    met far before all others.
 
     screen: as half_screen() gives it.
     real: np.longdouble, or np.float64 of many.
     """
-    if camera.has_lens:  # what it sees is in a wider pyramid, whose tip is behind the camera
+    if camera.has_lens:  # its rays lie in a wider pyramid, whose tip is behind the camera
         radius = real(camera.aperture_radius)
         screen = screen + radius / real(camera.focus_distance or 1)
         back = np.min(radius / screen)
@@ -103,7 +105,7 @@ def _first_ahead(center: Array, radius: Array, screen: Array) -> Array:
     half_chord2 = radius**2 - (distance * np.sin(off)) ** 2
     met = half_chord2 > 0
     first = (distance * np.cos(off))[met] - np.sqrt(half_chord2[met])
-    # From there what is seen is as wide as far, as through a lens of 90 degrees.
+    # From there the view is as wide as far, as through a lens of 90 degrees.
     found: Array = np.maximum([first.min(initial=np.inf) * (1 - corner)], 0)
     return found
 

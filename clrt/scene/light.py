@@ -1,6 +1,6 @@
 """Lights: the paper's four kinds (section 2). Their colours are linear RGB, lengths world units.
 
-What each adds at a hit is in clrt/truth/surface.py.
+clrt/truth/surface.py has the light that each adds at a hit.
 """
 
 import math
@@ -120,7 +120,7 @@ class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=
 
 Light = PointLight
 Shining: TypeAlias = PointLight | DirectionalLight | SpotLight
-"""What casts shadows."""
+"""The kinds that cast shadows."""
 LightKind: TypeAlias = Shining | AmbientLight
 LIGHT_KINDS: tuple[type[LightKind], ...] = get_args(LightKind)
 

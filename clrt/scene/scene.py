@@ -1,4 +1,4 @@
-"""What a scene is.
+"""Scene: all that a picture depends on but its size.
 
 The classes mirror the scene file table by table (docs/scenes.md). They check their values
 whoever makes them: a file or Python code. Lengths are in world units, colours linear RGB.
@@ -125,7 +125,7 @@ def beyond_one_ray(scene: Scene) -> str | None:
 
 def beyond_paper(scene: Scene) -> str | None:
     """The first key of a scene that the paper's formulas to the letter do not know; None if they
-    know all: what precision "literal" and the truth "seed" refuse."""
+    know all. Precision "literal" and the truth "seed" refuse such a key."""
     for name, material in scene.materials.items():
         if material.transmission > 0:
             return f"transmission of materials.{name}"

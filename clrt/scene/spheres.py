@@ -39,8 +39,8 @@ class Spheres(Sequence[Sphere]):
         material: a material's name, or n names, or n indices into the scene's materials.
         color: (n, 3), linear RGB, multiplies the materials' ambient and diffuse; None: white.
 
-    An array is kept as it is if nobody else can write to it: it and what it is a view of are not
-    writeable. Else it is copied.
+    An array is kept as it is if nobody else can write to it: neither it nor the array that it is a
+    view of is writeable. Else it is copied.
 
     Raises:
         SceneError: naming the first value that is wrong.

@@ -8,7 +8,7 @@ from clrt.truth.world import World
 
 
 def medium(world: World, inside: NDArray[np.bool_]) -> Array:
-    """The index of refraction of what rays are in: the smallest sphere's, 1 in none."""
+    """The index of refraction around rays: that of the smallest sphere they are in, 1 in none."""
     if len(world.panes) == 0:
         return np.ones(len(inside), world.dtype)
     size = np.where(inside, world.size, len(world.panes))

@@ -33,7 +33,7 @@ def cone(world: World, light: Shining, to_light: Array) -> Array:
 
 
 def left(light: Shining, distance: Array) -> Array | float:
-    """What attenuation leaves of a light (section 2), at most 2^50."""
+    """The factor of attenuation (section 2), at most 2^50."""
     if isinstance(light, DirectionalLight) or light.attenuation == (1, 0, 0):
         return 1.0
     constant, linear, quadratic = map(distance.dtype.type, light.attenuation)

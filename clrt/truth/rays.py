@@ -39,11 +39,11 @@ class Rays:
     inside: NDArray[np.bool_]
     """(n, transparent spheres): which it is inside of."""
     path: NDArray[np.uint32]
-    """A hash of what it has met."""
+    """A hash of the spheres and lights that it has met."""
     bounce: int
 
     def only(self, some: Array, **changes: Array) -> "Rays":
-        """Those of a mask, each quantity as it is or as it is given."""
+        """The rays of a mask, each quantity as it is or as it is given."""
         kept = {
             name: changes.get(name, getattr(self, name))[..., some]
             for name in ("pixel", "weight", "origin", "direction", "leaves", "path")

@@ -14,7 +14,7 @@ def meetings(world: World, rays: Rays) -> Iterator[tuple[slice, Array, Array]]:
     """Where rays meet spheres, some of these at a time: which, whether from inside and the
     distances, (rays, spheres), infinity where they do not (11.4)."""
     world.rays += rays.pixel.size
-    # All rays against one sphere, or few rays against many: what fits into the cache.
+    # All rays against one sphere, or few rays against many: as many pairs as the cache holds.
     block = max(1, BLOCK_PAIRS // max(rays.pixel.size, 1))
     for start in range(0, len(world.radius), block):
         some = slice(start, min(start + block, len(world.radius)))
@@ -40,7 +40,7 @@ def nearest(world: World, rays: Rays) -> tuple[Array, Array]:
     hit = np.full(rays.pixel.size, -1)
     distance = np.full(rays.pixel.size, np.inf, world.dtype)
     for some, _, distances in meetings(world, rays):
-        first = distances.argmin(axis=1)  # of equal ones that which comes first
+        first = distances.argmin(axis=1)  # of equal ones the first
         nearest = np.take_along_axis(distances, first[:, np.newaxis], axis=1)[:, 0]
         closer = nearest < distance
         hit[closer] = some.start + first[closer]

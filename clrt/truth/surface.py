@@ -9,7 +9,7 @@ from clrt.truth.world import World
 
 
 def ambient_term(world: World, light: Shining | AmbientLight, hit: Array) -> Array:
-    """What a hit point sends of a light whatever its place (section 3)."""
+    """The light that a hit point sends wherever the light is (section 3)."""
     term: Array = world.ambient[:, world.material[hit]] * world.column(light.ambient)
     return term if world.color is None else term * world.color[:, hit]
 
@@ -24,7 +24,7 @@ def term(
     normal: Array,
     hit: Array,
 ) -> Array:
-    """What a hit point sends to the camera of a light that reaches it (section 3, 11.8)."""
+    """The light of a lamp that a hit point sends to the camera, if it is reached (3, 11.8)."""
     material = world.material[hit]
     to_camera = camera.to_camera(world, point)
     half_way = unit(to_light + to_camera)

@@ -10,8 +10,8 @@ Two truths (docs/accuracy.md):
 - ``"exact"``: the geometry with no bias. A ray never hits the sphere it leaves, and a light behind
   the surface (N.L < 0) does not reach it. There is one ray a pixel, whatever `samples` is.
 
-What spreads over many directions (round lights, occlusion, lenses, rough mirrors, indirect light)
-is held against closed forms instead: neither truth knows it.
+Neither truth knows light that spreads over many directions: round lights, occlusion, lenses, rough
+mirrors, indirect light. Closed forms are the truth there.
 
 Written to be read beside the paper's sections 11.2 to 11.11, not to be fast. Vectors are arrays of
 shape (3, n), one column a ray.
@@ -33,7 +33,7 @@ from clrt.truth.world import World
 
 Truth: TypeAlias = Literal["seed", "exact"]
 
-CHUNK_PIXELS = 1 << 16  # pixels traced at a time: what they need stays in the cache
+CHUNK_PIXELS = 1 << 16  # pixels traced at a time: their arrays stay in the cache
 PRIME = np.uint32(16777619)
 
 
@@ -143,7 +143,7 @@ def mean(scene: Scene, width: int, height: int, offsets: Array) -> Array:
 
 
 class First(NamedTuple):
-    """What camera rays meet first, to be filled in."""
+    """The first surfaces that camera rays meet, to be filled in."""
 
     sphere: Array
     depth: Array
@@ -164,11 +164,12 @@ def _paths(world: World, x: Array, y: Array, first: First) -> tuple[Array, NDArr
 def _segment(
     world: World, rays: Rays, color: Array, path: NDArray[np.uint32], first: First
 ) -> list[Rays]:
-    """Adds what some rays meet to colours and paths. Returns those that go on from there."""
+    """Follows rays to their next hits, and adds these to colours and paths. Returns the rays that
+    go on."""
     hit, distance = spheres.nearest(world, rays)
     gone = hit < 0
     path[rays.pixel[gone]] += rays.path[gone]
-    if rays.bounce > 0:  # what the camera sees directly is added where alpha is known
+    if rays.bounce > 0:  # the camera's own background is added where alpha is known
         color[:, rays.pixel[gone]] += rays.weight[gone] * world.background
     rays, distance, hit = rays.only(hit >= 0), distance[hit >= 0], hit[hit >= 0]
     if hit.size == 0:

@@ -28,7 +28,7 @@ class World:
         spheres = Spheres.of(scene.spheres)
         self.center = spheres.center.astype(dtype).T  # (3, spheres)
         self.radius = spheres.radius.astype(dtype)
-        # What a hit's sphere selects from: its material, of that (3, materials) or (materials,).
+        # A hit's sphere selects a material, and that a column of (3, materials) or (materials,).
         places = {name: i for i, name in enumerate(scene.materials)}
         index = np.array([places[name] for name in spheres.names or ()], np.int64)
         self.material = index[spheres.material_index]

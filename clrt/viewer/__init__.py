@@ -1,1 +1,1 @@
-"""What is on the screen: a scene in a browser, drawn anew when somebody moves it."""
+"""Viewer: a scene in a browser or notebook, drawn anew when somebody moves it."""

@@ -37,12 +37,12 @@ class Canvas(anywidget.AnyWidget):
         super().__init__()
         self._subject, self._samples = subject, samples
         self._painters: dict[str, Painter] = {}
-        # What is sent goes by the thread of the notebook, and as from the cell that made this.
+        # The notebook's own thread sends, as from the cell that made this.
         self._loop, self._context = loop, contextvars.copy_context()
         self.on_msg(self._heard)
 
     def _heard(self, widget: object, content: dict[str, Any], buffers: object) -> None:
-        """What a view says; first that it is there, and at last that it is gone."""
+        """Answers a view's message; the first says that it is there, the last that it is gone."""
         view, message = content["view"], content["message"]
         if message is None:
             self._open(view)

@@ -19,7 +19,7 @@ def show(scene: Any, *, samples: int | None = None) -> "Canvas":
 
     Args:
         scene: a scene, a built-in scene's name or a path; particles, or whatever clrt.read() takes;
-            or what clrt.plot() made of them.
+            or a picture that clrt.plot() made of them.
         samples: the most that a pixel gets at rest; default: the scene's.
 
     Raises:

@@ -1,7 +1,7 @@
 """Orbit: where a camera goes when somebody turns, pans or zooms a picture.
 
 They are functions of a camera, and keep `look_at` in the middle of the picture. Pan and zoom go by
-what is in the plane through it that faces the camera. Raises SceneError where no camera can be.
+the plane through it that faces the camera. Raises SceneError where no camera can be.
 """
 
 from typing import TypeAlias
@@ -39,13 +39,13 @@ def turned(camera: Camera, right: float, up: float) -> Camera:
 
 
 def panned(camera: Camera, right: float, down: float, size: Size) -> Camera:
-    """What is seen goes so many pixels to the right and down."""
+    """The picture goes so many pixels to the right and down."""
     way = point(camera, (0, 0), size) - point(camera, (right, down), size)
     return replace(camera, position=camera.position + way, look_at=camera.look_at + way)
 
 
 def zoomed(camera: Camera, factor: float, at: Pixel, size: Size) -> Camera:
-    """What is seen becomes `factor` times as large; what is at a pixel stays there.
+    """The picture becomes `factor` times as large; the point at a pixel stays there.
 
     The camera is scaled about that point: so a perspective one comes nearer.
     """
@@ -74,7 +74,7 @@ def perspective(camera: Camera, fov: float, size: Size) -> Camera:
 
 
 def point(camera: Camera, at: Pixel, size: Size) -> Array:
-    """What is seen at a pixel in the plane through look_at: (3,), in world space."""
+    """The point at a pixel in the plane through look_at: (3,), in world space."""
     right, up, _ = np.array(camera.basis())
     # The middles of the first and of the last pixel are on the edges of the screen.
     part = 2 * np.array(at, float) / np.maximum(np.array(size) - 1, 1) - 1
@@ -84,7 +84,7 @@ def point(camera: Camera, at: Pixel, size: Size) -> Array:
 
 
 def _half(camera: Camera, size: Size) -> Array:
-    """Half the width and height of what is seen in the plane through look_at: (2,), world units."""
+    """Half the width and height of the view in the plane through look_at: (2,), world units."""
     away = 1.0 if camera.orthographic else _distance(camera)
     return away * half_screen(camera, *size).astype(float)
 

@@ -1,4 +1,4 @@
-"""Painter: threads that draw what a session sees, and send it.
+"""Painter: threads that draw a session's pictures, and send them.
 
 One renders, another one encodes and sends: so at rest the next picture is rendered meanwhile.
 """
@@ -26,7 +26,7 @@ QUALITY = 80
 
 
 class Stage:
-    """A renderer that painters share. Those who move go before those at rest."""
+    """A renderer that painters share. Moving pictures go before pictures at rest."""
 
     def __init__(self, renderer: Renderer) -> None:
         self.renderer = renderer
@@ -55,7 +55,7 @@ class Stage:
 
 
 class Picture(NamedTuple):
-    """A film, and what is sent before it."""
+    """A film, and the message that is sent before it."""
 
     task: Task
     shot: Shot
@@ -87,7 +87,7 @@ class Painter:
         return self
 
     def close(self) -> None:
-        """Ends what is under way."""
+        """Ends the picture that is under way."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()
@@ -95,7 +95,7 @@ class Painter:
             thread.join()
 
     def tell(self, message: Change | Pick | Shown) -> None:
-        """Does what a page says; if that cannot be, the page is told why."""
+        """Answers a page's message; if it cannot, the page is told why."""
         try:
             if isinstance(message, Pick):
                 self._pick(message)
@@ -115,7 +115,7 @@ class Painter:
             self._send({"error": _said(error)}, b"")
 
     def _pick(self, message: Pick) -> None:
-        """Says what is seen at a pixel."""
+        """Tells the page which sphere is at a pixel."""
         with self._changed:
             shot = self._session.shot
         if shot is None:
@@ -138,7 +138,7 @@ class Painter:
             except CancelledError:
                 with self._changed:
                     self._schedule.drop(task)
-            except Exception as error:  # the page says so; what is changed next may be better
+            except Exception as error:  # the page shows it; the next change may mend it
                 with self._changed:
                     self._schedule.give_up(task)
                 self._send({"error": _said(error)}, b"")
@@ -148,7 +148,7 @@ class Painter:
         self._rendered.put(None)
 
     def _next(self) -> tuple[Task, Shot, dict[str, Any]] | None:
-        """What is to be drawn, when it is due. None: nothing any more."""
+        """The next picture, when it is due. None: there is none any more."""
         with self._changed:
             while not self._is_closed:
                 shot = self._session.shot

@@ -28,7 +28,7 @@ MESSAGE = 1024
 """Bytes that a page can say at a time."""
 PATIENCE = 1.0
 """Seconds that a browser has to ask for something once it has connected, and to answer when it is
-told to go: so Ctrl-C is. Browsers connect ahead of what they may ask for."""
+told to go: so Ctrl-C is. Browsers connect ahead of their requests."""
 
 PAGE = Template("""<!doctype html>
 <html lang="en">
@@ -68,7 +68,7 @@ class View:
         Raises:
             RequestError: it cannot be there.
         """
-        log = logging.Logger("clrt.view", logging.CRITICAL)  # what strangers say is no news
+        log = logging.Logger("clrt.view", logging.CRITICAL)  # a stranger's bad request is no news
         try:
             return serve(
                 self._converse,
@@ -86,7 +86,7 @@ class View:
             raise RequestError(f"--host {host} --port {port}: {reason}") from None
 
     def address(self, listening: Server) -> str:
-        """What to open in a browser."""
+        """The address to open in a browser."""
         host, port = listening.socket.getsockname()[:2]
         name = f"[{host}]" if ":" in host else host
         return f"http://{name}:{port}/?token={self._token}"

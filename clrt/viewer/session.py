@@ -1,4 +1,4 @@
-"""Session: what somebody sees of a subject, and what they say to change it."""
+"""Session: one viewer's sight of a subject, and the messages that change it."""
 
 import json
 import shlex
@@ -28,7 +28,7 @@ Pixels: TypeAlias = Annotated[float, Meta(ge=-1e5, le=1e5)]
 
 
 class Message(Struct, tag=str.lower, tag_field="do", forbid_unknown_fields=True):
-    """What a page says. Lengths are in pixels of the whole picture, x to the right, y down, from
+    """A message of a page. Lengths are in pixels of the whole picture, x to the right, y down, from
     the middle of the first one."""
 
 
@@ -110,13 +110,13 @@ class Shot(Struct, frozen=True):
 
     @property
     def toml(self) -> str:
-        """What a scene file says to be seen so."""
+        """The lines of a scene file that give this view."""
         lines = [f"samples = {self.scene.samples}", "", "[camera]", *_toml(self.scene.camera)]
         return "\n".join(lines) + "\n"
 
 
 def _toml(camera: Camera) -> Iterator[str]:
-    """Keys and values, each a line; what JSON makes of them is TOML as well."""
+    """Keys and values, each a line. JSON's form of these values is TOML as well."""
     for field in msgspec.structs.fields(camera):
         value = getattr(camera, field.name)
         if value is not None and value != field.default:
@@ -132,7 +132,7 @@ class Session:
         self._frame = 0
         self._size: orbit.Size | None = None
         self.scene = subject.at(0)
-        """What is seen, with as many samples as it gets at rest."""
+        """The scene in view, with as many samples as it gets at rest."""
         self._first = samples or self.scene.samples
         self._reset()
 
@@ -148,7 +148,7 @@ class Session:
 
     @property
     def about(self) -> dict[str, Any]:
-        """What a page is told once."""
+        """The first message to a page."""
         subject = self.subject
         return {
             "name": subject.words[0] if subject.words else "picture",
@@ -160,7 +160,7 @@ class Session:
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a page shows beside the picture."""
+        """The text and values that a page shows beside the picture."""
         camera = self.scene.camera
         return {
             "frame": self._frame,
@@ -170,7 +170,7 @@ class Session:
         }
 
     def change(self, message: Change) -> None:
-        """Does what was said. A camera that cannot be leaves that which is.
+        """Obeys a message. A camera that cannot be leaves the present one.
 
         Raises:
             ClrtError: a frame cannot be read.

@@ -1,4 +1,4 @@
-"""Subject: what is looked at, and how the command line names it."""
+"""Subject: the scene or particles in view, and the words of the command line that name them."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -48,14 +48,14 @@ class Subject:
     seen_by: Callable[[Scene, Camera], Scene] = _moved
     """A scene with another camera."""
     values: Callable[[int, int], dict[str, Any]] = _nothing
-    """What a file knows of a frame's sphere."""
+    """The values of a frame's sphere in its file."""
     style: str | None = None
     """That its particles are drawn in; None: it is no figure whose style can be chosen."""
     styled: "Callable[[str], Subject] | None" = None
     """The same in another style."""
 
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
-        """What is known of a sphere; None of -1, which is none."""
+        """The place, radius, material and values of a sphere; None of -1, which is none."""
         if index < 0:
             return None
         sphere = scene.spheres[index]
@@ -100,7 +100,7 @@ def of_file(
         words: of `clrt render`, beside the name and those of `drawn`.
 
     Raises:
-        RequestError: it cannot be read, or has not what is to be drawn.
+        RequestError: it cannot be read, or lacks a quantity that is to be drawn.
     """
     look = sources.look(**drawn)
     flow = Flow(path, look, format=format)
@@ -135,7 +135,7 @@ def of_particles(particles: Particles, style: str = PLAIN) -> Subject:
     """Particles that are no file.
 
     Raises:
-        RequestError: they have not what is to be drawn.
+        RequestError: they lack a quantity that is to be drawn.
     """
     scene = compose.scene(particles, Look(style=style))
     return Subject(

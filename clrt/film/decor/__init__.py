@@ -1,4 +1,4 @@
-"""What is drawn over a picture: colour bars, legends, cells."""
+"""Decorations over a picture: colour bars, legends, cells."""
 
 from typing import TYPE_CHECKING, Any
 

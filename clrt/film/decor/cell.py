@@ -42,7 +42,7 @@ def marks(
         size: of the whole picture, columns and rows.
         region: (x0, y0, x1, y1) of it.
         ink: linear.
-        depth: (y1 - y0, x1 - x0), what the camera sees first, as of the pass.
+        depth: (y1 - y0, x1 - x0), the pass `depth`.
     """
     screen = _Screen(camera, size)
     covered = np.zeros(depth.shape, np.float32)
@@ -116,7 +116,7 @@ def _draw(
 ) -> None:
     """Adds how much of each pixel is on an edge, by its distance from the pixel's middle.
 
-    What is computed of a pixel depends on the whole picture only, so that regions do not show.
+    A pixel's value depends on the whole picture only, so that regions do not show.
     """
     start, end = screen.pixels(ends)
     reach = max(screen.line, 1) / 2 + 0.5

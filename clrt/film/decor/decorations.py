@@ -1,4 +1,4 @@
-"""Decorations: what a scene's film asks to be drawn over its pictures."""
+"""Decorations: the boxes, and the colour bar or legend, that a scene's film asks for."""
 
 from clrt.film.develop import Marks
 from clrt.scene.scene import Scene
@@ -18,7 +18,7 @@ def marks(
     alpha: bool,
     depth: Array | None,
 ) -> list[Marks]:
-    """What is drawn over a region of a picture, one after the other.
+    """The marks over a region of a picture, one after the other.
 
     Args:
         size: of the whole picture, columns and rows.
@@ -40,8 +40,8 @@ def marks(
 
 
 def ink(ground: Color | None) -> Color:
-    """Of text and lines, linear: black or white, whichever is farther from what is behind, or if
-    that is not known a gray that can be read on both."""
+    """The colour of text and lines, linear: black or white, whichever is farther from the ground.
+    Where the ground is not known it is a gray that can be read on both."""
     if ground is None:
         return (BETWEEN, BETWEEN, BETWEEN)
     bright = sum(part * one for part, one in zip(BRIGHTNESS, ground, strict=True))

@@ -1,4 +1,4 @@
-"""Legend: what elements and types are called, and their colours.
+"""Legend: the names of elements and types, and their colours.
 
 A scene file has no need of it where particles are coloured by element or type: what reads them
 asks here, and puts it into the scene's film.

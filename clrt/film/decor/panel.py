@@ -47,7 +47,7 @@ def marks(
         size: of the whole picture, columns and rows.
         region: (x0, y0, x1, y1) of it.
         ink: of lines and text, linear.
-        ground: what is behind, linear; around lines and text it covers the picture a little. None:
+        ground: the background, linear; around lines and text it covers the picture a little. None:
             it is not known.
     """
     width, height = size
@@ -75,7 +75,7 @@ def _painted(look: Film, width: int, height: int, ink: Color, ground: Color | No
 
 
 class _Canvas:
-    """Boxes of colours, and what is drawn in ink."""
+    """Boxes of colours, and the ink."""
 
     def __init__(self, width: float, height: int, em: float) -> None:
         from PIL import Image, ImageDraw

@@ -9,7 +9,7 @@ STEPS = (1, 2, 5)
 """Between ticks, times a power of ten."""
 
 DIGITS = 6
-"""What a tick is written with at most, or else it has an offset; zeros as well, or else a power."""
+"""The most digits of a tick: with more the scale has an offset, with more zeros a power."""
 
 
 class Ticks(NamedTuple):
@@ -24,7 +24,7 @@ class Ticks(NamedTuple):
 
     @property
     def note(self) -> str:
-        """What has to be said beside the texts."""
+        """The note beside the texts: a factor, an offset, or nothing."""
         power = f"x 1e{self.power}" if self.power else ""
         sign = "- " if self.offset.startswith("-") else "+ "
         offset = sign + self.offset.lstrip("-") if self.offset else ""
