@@ -1,4 +1,4 @@
-"""Memory: whether what is asked for fits, before hours are spent on it, and that of films."""
+"""Memory: whether a request fits, before hours are spent on it, and the memory of films."""
 
 import math
 import resource
@@ -20,7 +20,7 @@ CGROUPS = {
     2: ("memory.max", "memory.current", "inactive_file"),
 }
 
-# For less the system is not asked what is free: that takes up to 1 ms, a 4K picture 13.
+# For less the system is not asked for its free memory: that takes up to 1 ms, a 4K picture 13.
 UNASKED_BYTES = 1 << 27
 
 
@@ -45,7 +45,7 @@ def require(size: int, what: str, advice: str = "render it in parts or smaller")
 def available() -> int:
     """Bytes that this process may still take: of the machine, its control group and its limit.
 
-    What the system does not tell is no limit: to try finds out.
+    Where the system tells no limit there is none here: to try finds out.
     """
     room = [sys.maxsize]
     with suppress(OSError, KeyError):

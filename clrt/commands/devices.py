@@ -1,4 +1,4 @@
-"""clrt devices: the OpenCL devices, and what a bug report needs."""
+"""clrt devices: the OpenCL devices, and the facts that a bug report needs."""
 
 import os
 

@@ -59,7 +59,7 @@ class RenderingOptions(NamedTuple):
         return renderer
 
     def words(self) -> list[str]:
-        """Those that a command line needs for the same picture."""
+        """The options that a command line needs for the same picture."""
         given = {"precision": self.precision, "lanes": self.lanes, "device": self.device}
         used = {key: str(value) for key, value in given.items() if value not in (None, "robust")}
         return [word for key, text in used.items() for word in (f"--{key}", text)]

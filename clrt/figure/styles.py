@@ -1,4 +1,4 @@
-"""Styles: what light and which surfaces figures have. docs/styles.md has the same table.
+"""Styles: the lights and surfaces of figures. docs/styles.md has the same table.
 
 A figure that was published must be made again: whoever changes a style gives the table a new
 version.

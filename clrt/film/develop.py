@@ -52,7 +52,7 @@ def line_width(film: Film, samples: int = 1) -> float:
 
 
 def blur(film: Film, samples: int) -> int:
-    """How far around a pixel its neighbours share their noise, pixels: what left the least error in
+    """How far around a pixel its neighbours share their noise, pixels: the reach of least error in
     four-spheres with occlusion and a round light. From 16 samples on it would spoil more than it
     mends."""
     if not film.denoise or samples >= 16:
@@ -82,7 +82,7 @@ class Seen(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """What is drawn over n pixels of a picture."""
+    """Colours over n pixels of a picture."""
 
     pixel: Array
     """(n,), row times the picture's width plus column, ascending."""
@@ -153,7 +153,7 @@ def denoised(picture: Array, sphere: Array, reach: int) -> Array:
 
 
 def up_to_edges(depth: Array) -> Array:
-    """Depths, also of pixels whose middle is just beside what they show a part of: the least of
+    """Depths, also of pixels whose middle is just beside a sphere that they show: the least of
     their neighbours'."""
     around = np.pad(depth, 1, constant_values=np.inf)
     rows, columns = depth.shape
@@ -165,7 +165,7 @@ def up_to_edges(depth: Array) -> Array:
 
 
 def depth_cued(picture: Array, depth: Array, cue: tuple[float, float]) -> Array:
-    """Lets go of what is far away: all of it is there at the depth cue[0], nothing at cue[1].
+    """Fades far surfaces: all of a surface is there at the depth cue[0], nothing at cue[1].
 
     depth: (...), world units; infinity where there is nothing.
     """
@@ -227,7 +227,7 @@ def drawn_over(picture: Array, share: Array, ink: Color) -> Array:
 
 
 def marked(picture: Array, first: int, marks: Marks) -> Array:
-    """Rows of a picture with what is drawn over them.
+    """Rows of a picture with the marks over them.
 
     first: the number of their first pixel in the picture.
     """

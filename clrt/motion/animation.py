@@ -23,7 +23,7 @@ Array = NDArray[Any]
 
 
 class Frames(Protocol):
-    """What is to be rendered, frame by frame."""
+    """Scenes by the numbers of frames."""
 
     @property
     def frames(self) -> range:
@@ -35,13 +35,13 @@ class Frames(Protocol):
 
     @property
     def said(self) -> Scene:
-        """All that the frames' pictures depend on, but for what files hold."""
+        """All that the frames' pictures depend on, but for the content of files."""
 
     def scene(self, frame: int) -> Scene:
-        """What a frame shows, a scene whose camera does not move."""
+        """The scene of a frame, whose camera does not move."""
 
     def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
-        """What some frames show, one after the other."""
+        """The scenes of some frames, one after the other."""
 
     def check(self, frames: Iterable[int]) -> Sequence[int]:
         """Finds out whether there are such frames; returns them."""
@@ -67,7 +67,7 @@ def animate(
         dtype: float32, uint8 or uint16, as for Renderer.render().
         renderer: default: one for the default device.
 
-    To close what is returned stops at once what is under way.
+    To close the generator stops the picture that is under way at once.
 
     Yields:
         (height, width, 3) of dtype, or 4 if the scene's film is transparent, an array of its own
@@ -176,7 +176,7 @@ class Way:
         }
 
     def scene(self, frame: int) -> Scene:
-        """What a frame shows, a scene whose camera does not move.
+        """The scene of a frame, whose camera does not move.
 
         Raises:
             SceneError: no camera can be there.
@@ -184,7 +184,7 @@ class Way:
         return replace(self.said, camera=self.camera(frame))
 
     def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
-        """What some frames show, one after the other."""
+        """The scenes of some frames, one after the other."""
         return (self.scene(frame) for frame in frames)
 
     def camera(self, frame: int) -> Camera:
@@ -221,7 +221,7 @@ class Way:
         return chosen
 
     def _moved(self, frames: Array) -> dict[str, Array]:
-        """What of the camera moves, at each frame: (frames, 3), or (frames, 1) of its lens."""
+        """The camera's moving values at each frame: (frames, 3), or (frames, 1) of its lens."""
         now = np.clip(frames, self._at[0], self._at[-1])
         i = np.minimum(np.searchsorted(self._at, now, "right") - 1, len(self._at) - 2)
         span = (self._at[i + 1] - self._at[i])[:, np.newaxis]
@@ -259,7 +259,7 @@ def _animation(scene: Scene) -> Animation:
 
 
 def _values(scene: Scene, name: str) -> Array:
-    """What the keys say of a part of the camera: (keys, 3), or (keys, 1) of its lens."""
+    """The keys' values of a part of the camera: (keys, 3), or (keys, 1) of its lens."""
     default = getattr(scene.camera, name)
     given = [getattr(key, name) for key in _animation(scene).keys]
     return np.array([default if v is None else v for v in given], float).reshape(len(given), -1)

@@ -1,4 +1,4 @@
-"""Many machines: a frame of an animation by itself, and what it has in common with the others."""
+"""Cluster: a frame of an animation by itself, on any of many machines."""
 
 import hashlib
 import importlib.metadata
@@ -40,9 +40,9 @@ def render_frame(
 ) -> Path:
     """Renders one frame of an animation to a numbered picture, as `clrt animate` does.
 
-    What it takes and gives can be pickled, so that Dask, submitit or multiprocessing can call it
+    Arguments and result can be pickled, so that Dask, submitit or multiprocessing can call it
     (docs/cluster.md). It may be called again, as after a worker was lost: the picture is the same,
-    and is there whole or not at all. A process keeps the device, what was compiled and the last
+    and is there whole or not at all. A process keeps the device, compiled programs and the last
     scene for its next call.
 
     Args:
@@ -84,7 +84,7 @@ def render_frame(
 
 
 def kind(of_scene: str, width: int, height: int, renderer: Renderer) -> numbered.Kind:
-    """What pictures of a scene, see fingerprint(), have in common that a renderer makes."""
+    """The common ground of a renderer's pictures of a scene, whose fingerprint() is given."""
     return numbered.Kind(
         of_scene,
         (width, height),
@@ -99,7 +99,7 @@ def fingerprint(scene: Scene) -> str:
     """A hash of all that a scene says, the same on every machine."""
 
     def plain(value: Any) -> Any:
-        """What msgspec does not know."""
+        """Values of the types that msgspec does not know, in plain ones."""
         if isinstance(value, Spheres):
             return value.names, value.center, value.radius, value.material_index, value.color
         return value.dtype.str, value.shape, value.tobytes()
@@ -108,7 +108,7 @@ def fingerprint(scene: Scene) -> str:
 
 
 def _opened(source: Scene | str | Path, **look: Any) -> tuple[Frames, str]:
-    """A scene's frames, or a trajectory's, and a hash of what they show."""
+    """A scene's frames, or a trajectory's, and a hash of the scene."""
     if isinstance(source, Scene):
         return Way(source), fingerprint(source)
     state: tuple[int, ...] = ()

@@ -37,7 +37,7 @@ class Flow:
         format: as of clrt.read().
 
     Raises:
-        RequestError: it cannot be read, or has not what is to be drawn; it names the file.
+        RequestError: it cannot be read, or lacks a quantity that is to be drawn; it names the file.
         OutputError: a frame does not fit into memory.
     """
 
@@ -77,7 +77,7 @@ class Flow:
         """The scene of the first frame, whose particles stay in their file."""
 
     def scene(self, frame: int) -> Scene:
-        """What a frame shows.
+        """The scene of a frame.
 
         Raises:
             as Flow().
@@ -88,7 +88,7 @@ class Flow:
             return self._scene(reader, frame)
 
     def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
-        """What some frames show, one after the other; while the caller has one the next is read.
+        """The scenes of some frames in turn; while the caller has one the next is read.
 
         Raises:
             as Flow().

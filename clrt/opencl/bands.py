@@ -24,7 +24,7 @@ SMALL_GRID = 65528
 # spheres, and what a band takes says how many rows a next one can have, GROWTH times as many at
 # most: so Ctrl-C is answered in about three times BAND_SECONDS, or after three rows.
 BAND_PIXELS, FIRST_BAND_TESTS = 1 << 20, 1 << 25
-SPHERES_PER_PIXEL = 60  # what a pixel costs, in tests of spheres, if there is none
+SPHERES_PER_PIXEL = 60  # the cost of a pixel without any, in tests of spheres
 BAND_SECONDS, GROWTH = 0.1, 4
 
 

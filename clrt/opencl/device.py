@@ -104,7 +104,7 @@ def find_device(name: str | None = None, threads: int | None = None) -> "cl.Devi
 
 
 def identity(device: "cl.Device") -> tuple[str, ...]:
-    """What a compiled program depends on of its device."""
+    """The part of a device that a compiled program depends on."""
     import pyopencl as cl
 
     return (
@@ -123,8 +123,8 @@ def label(device: "cl.Device") -> str:
 
 
 def target(device: "cl.Device") -> str:
-    """What is compiled for, and by what: pictures are equal to the bit where this is the same. CPUs
-    of several names can have one target."""
+    """The CPU that kernels are compiled for, and the compiler. Pictures are equal to the bit where
+    this is the same. CPUs of several names can have one target."""
     return _with_platform(pocl.name_given(device) or device.name, device)
 
 

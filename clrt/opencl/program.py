@@ -82,7 +82,7 @@ def kernels(program: "cl.Program") -> "dict[str, cl.Kernel]":
 
 
 def binary(program: "cl.Program") -> bytes:
-    """What a program was compiled to.
+    """The binary of a program.
 
     To be asked for after the first run: PoCL compiles the last part of a kernel then, for the size
     of its work-groups, and a binary that was asked for before would be without it.
@@ -95,7 +95,7 @@ def binary(program: "cl.Program") -> bytes:
 
 
 def loaded(context: "cl.Context", device: "cl.Device", binary: bytes) -> "cl.Program":
-    """A program of what it was compiled to.
+    """A program of its binary.
 
     Raises:
         pyopencl.Error: the device refuses it.
@@ -123,6 +123,6 @@ def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path
 
 
 def _first_error(log: str) -> str:
-    """The line of a build log that says what is wrong."""
+    """The line of a build log that has the error."""
     lines = [line.strip() for line in log.splitlines()]
     return next((line for line in lines if "error:" in line), lines[0])

@@ -29,8 +29,8 @@ Box: TypeAlias = tuple[int, int, int, int]
 
 
 class Dispatcher:
-    """Runs programs over films. It keeps what is packed of a scene while only the camera changes,
-    its tree, and the memory of films that nobody has any more."""
+    """Runs programs over films. It keeps the packed scene while only the camera changes, its tree,
+    and the memory of films that nobody has any more."""
 
     def __init__(self, queue: "cl.CommandQueue", precision: Precision) -> None:
         self._queue = queue
@@ -47,7 +47,7 @@ class Dispatcher:
         self._films.clear()
 
     def world(self, scene: Scene) -> World:
-        """What is packed of a scene while only its camera changes."""
+        """The packed scene without its camera, kept while only the camera changes."""
         if self._world is None or not self._world.is_of(scene):
             before, self._world = self._world, pack_world(scene, self._precision)
             if before is None or len(before.spheres) != len(self._world.spheres):
@@ -169,7 +169,7 @@ class Dispatcher:
             return out, seconds
         if shape == wanted:
             return film, seconds
-        # What is around is dropped where the film is: it may be as large as memory.
+        # The margin is dropped in place: the film may be as large as memory.
         flat, length = film.reshape(-1), channels * wanted[1]
         for i, row in enumerate(cut):
             flat[i * length : (i + 1) * length] = row.reshape(-1)

@@ -104,7 +104,7 @@ def scene_for(features: Features) -> Scene:
         matte, ground = (replace(m, roughness=1e-6) for m in (matte, ground))
     if features.light_inside:
         lights.append(Light((0.4, 0.1, -0.4), ambient=(0, 0, 0.1), specular=(0, 0, 0)))
-    if features.indirect:  # from surfaces that send none; what mirrors does nothing else
+    if features.indirect:  # from surfaces that send none; a mirror does nothing else
         matte, ground = replace(matte, reflection=0.0), replace(ground, diffuse=BLACK)
         black = {"ambient": BLACK, "diffuse": BLACK}
         lights = [
@@ -142,7 +142,7 @@ def scene_for(features: Features) -> Scene:
         camera = Camera((0.0, 0.3, 0.5), (0.0, 0.2, 0.0), projection="orthographic", height=0.5)
     if features.lens:
         camera = replace(camera, aperture_radius=1e-7 * away, focus_distance=away)
-    # The kernel's colours are those before what the camera sees of the background directly.
+    # The kernel's colours lack the background that the camera sees directly.
     film = Film((0.2, 0.5, 0.9), transparent=True) if features.background else Film()
     return Scene(
         camera,
