@@ -144,3 +144,15 @@ def test_numbers_of_atoms_that_are_none(tmp_path: Path) -> None:
     path.write_text(HEAD.replace("2 atoms", "0 atoms") + "Atoms # atomic\n\n")
     assert clrt.read(path).positions.shape == (0, 3)
     assert np.isfinite(clrt.read(path).cell).all()  # type: ignore[arg-type]
+
+
+def test_a_style_that_is_not_named_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.data"
+    for title, said in (
+        ("Atoms", "Atoms names no style: its columns are read as id mol type x y z (molecular)"),
+        ("Atoms # fill", "Atoms # fill is of no known style: its columns are read as id mol type"),
+    ):
+        path.write_text(HEAD + f"{title}\n\n1 5 1 0 0 0\n2 5 1 0 0 1\n")
+        with pytest.warns(clrt.ParticleWarning) as caught:
+            clrt.read(path)
+        assert [said in str(one.message) for one in caught] == [True]

@@ -3,12 +3,15 @@
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from conftest import same
 
 import clrt
+from clrt.commands.cli import main
 from clrt.particles import elements
 
 
@@ -272,8 +275,120 @@ REMARK 350   BIOMT3   2  0.000000  0.000000  1.000000        0.00000
     (tmp_path / "a.pdb").write_text(remark + atom(1, "N", x=3) + atom(2, "N", x=4, chain="B"))
     found = clrt.read(tmp_path / "a.pdb", assembly=1)
     assert same(found.positions, [[3, 1, 2], [7, -1, 2]])
+    assert found.bonds is None
     with pytest.raises(clrt.RequestError, match="assembly: expected one of '1', got '2'"):
         clrt.read(tmp_path / "a.pdb", assembly="2")
+
+
+MMCIF = """\
+data_a
+loop_
+_atom_site.group_PDB
+_atom_site.id
+_atom_site.type_symbol
+_atom_site.label_atom_id
+_atom_site.label_comp_id
+_atom_site.label_asym_id
+_atom_site.label_seq_id
+_atom_site.Cartn_x
+_atom_site.Cartn_y
+_atom_site.Cartn_z
+ATOM 1 N N ALA A 1 3 1 2
+ATOM 2 C CA ALA A 1 4 1 2
+ATOM 3 N N ALA B 1 5 1 2
+loop_
+_struct_conn.id
+_struct_conn.conn_type_id
+_struct_conn.ptnr1_label_asym_id
+_struct_conn.ptnr1_label_comp_id
+_struct_conn.ptnr1_label_seq_id
+_struct_conn.ptnr1_label_atom_id
+_struct_conn.ptnr2_label_asym_id
+_struct_conn.ptnr2_label_comp_id
+_struct_conn.ptnr2_label_seq_id
+_struct_conn.ptnr2_label_atom_id
+1 covale A ALA 1 N A ALA 1 CA
+2 covale A ALA 1 CA B ALA 1 N
+loop_
+_pdbx_struct_assembly.id
+_pdbx_struct_assembly.details
+1 whatever
+2 whatever
+loop_
+_pdbx_struct_assembly_gen.assembly_id
+_pdbx_struct_assembly_gen.oper_expression
+_pdbx_struct_assembly_gen.asym_id_list
+1 1,2 A
+1 2 B
+2 1 A
+2 2 B
+loop_
+_pdbx_struct_oper_list.id
+_pdbx_struct_oper_list.matrix[1][1]
+_pdbx_struct_oper_list.matrix[1][2]
+_pdbx_struct_oper_list.matrix[1][3]
+_pdbx_struct_oper_list.vector[1]
+_pdbx_struct_oper_list.matrix[2][1]
+_pdbx_struct_oper_list.matrix[2][2]
+_pdbx_struct_oper_list.matrix[2][3]
+_pdbx_struct_oper_list.vector[2]
+_pdbx_struct_oper_list.matrix[3][1]
+_pdbx_struct_oper_list.matrix[3][2]
+_pdbx_struct_oper_list.matrix[3][3]
+_pdbx_struct_oper_list.vector[3]
+1 1 0 0 0 0 1 0 0 0 0 1 0
+2 -1 0 0 10 0 -1 0 0 0 0 1 0
+"""
+
+
+def test_assemblies_keep_bonds_between_what_is_moved_alike(tmp_path: Path) -> None:
+    (tmp_path / "a.cif").write_text(MMCIF)
+    whole = clrt.read(tmp_path / "a.cif")
+    assert same(whole.bonds, [[0, 1], [1, 2]])
+    found = clrt.read(tmp_path / "a.cif", assembly=1)
+    expected = [[3, 1, 2], [4, 1, 2], [7, -1, 2], [6, -1, 2], [5, -1, 2]]
+    assert same(found.positions, expected)
+    assert same(found.bonds, [[0, 1], [2, 3], [3, 4]])
+    with pytest.warns(clrt.ParticleWarning, match="a.cif: 1 of 2 bonds are left out: their ends"):
+        found = clrt.read(tmp_path / "a.cif", assembly="2")
+    assert same(found.positions, [[3, 1, 2], [4, 1, 2], [5, -1, 2]])
+    assert same(found.bonds, [[0, 1]])
+
+
+def test_locations_and_assemblies_by_a_command_and_a_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["--width", "48", "--height", "32", "--samples", "1", "-q"]
+    size: dict[str, Any] = {"size": (48, 32), "samples": 1}
+    Path("a.cif").write_text(MMCIF)
+    found = CliRunner().invoke(main, ["render", "a.cif", "--assembly", "1", "-o", "a.png", *words])
+    assert found.exit_code == 0, found.stderr
+    picture = clrt.plot("a.cif", assembly=1, **size)
+    assert len(picture.scene.spheres) == 5
+    assert Path("a.png").read_bytes() == picture._repr_png_()
+    two = atom(1, "CB", alt="A", occupancy=0.6) + atom(2, "CB", x=9, alt="B", occupancy=0.4)
+    Path("b.pdb").write_text(two)
+    words = ["animate", "b.pdb", "-o", "b#.png", *words]
+    assert CliRunner().invoke(main, [*words, "--altloc", "all"]).exit_code == 0
+    picture = clrt.plot("b.pdb", altloc="all", **size)
+    assert len(picture.scene.spheres) == 2
+    assert Path("b0.png").read_bytes() == picture._repr_png_()
+    found = CliRunner().invoke(main, [*words, "--resume"])
+    assert found.exit_code == 2  # they show something else
+    for more, said in (
+        (["a.xyz", "--assembly", "1"], "a.xyz: --assembly: expected a file of pdb or cif"),
+        (["a.cif", "--assembly", "3"], "--assembly: expected one of '1', '2', got '3'"),
+        (["b.pdb", "--altloc", "B"], "--altloc: expected one of most, all, got 'B'"),
+        (["orbit", "--assembly", "1"], "--assembly: expected a file of particles, orbit is"),
+        (["a.cif", "--assembly", "1", "--save-scene", "a.toml"], "--save-scene: expected no"),
+    ):
+        Path("a.xyz").write_text("1\n\nC 0 0 0\n")
+        found = CliRunner().invoke(main, ["render", *more])
+        assert found.exit_code == 2
+        assert said in found.stderr
+    with pytest.raises(clrt.RequestError, match="ndarray: assembly: expected a file of pdb or cif"):
+        clrt.plot(np.zeros((1, 3)), assembly=1)
 
 
 def test_gro_and_poscar_are_ases(tmp_path: Path) -> None:

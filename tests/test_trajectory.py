@@ -77,6 +77,26 @@ def test_a_bar_and_a_legend_stay_and_the_box_moves(path: Path) -> None:
         assert [cell.edges[0] for cell in scene.film.cells] == [(6 + k, 0, 0)]
 
 
+def test_a_type_keeps_its_colour_where_others_are_not_there(path: Path) -> None:
+    """Names are numbered frame by frame: big is the first here, and the second beside aged."""
+    frames = ("small big big", "aged big", "small small", "tiny aged")
+    text = ""
+    for k, names in enumerate(frames):
+        rows = [f"{name} {i} {k} 0" for i, name in enumerate(names.split())]
+        text += "\n".join([str(len(rows)), "", *rows]) + "\n"
+    path.write_text(text)
+    scenes = list(Flow(path, Look(colorbar="type", radius=1)).scenes(range(len(frames))))
+    colors: dict[str, set[tuple[float, ...]]] = {}
+    for names, scene in zip(frames, scenes, strict=True):
+        assert [entry.name for entry in scene.film.legend] == ["big", "small", "aged", "tiny"]
+        assert isinstance(scene.spheres, clrt.Spheres)
+        assert scene.spheres.color is not None
+        for name, own in zip(names.split(), scene.spheres.color.tolist(), strict=True):
+            colors.setdefault(name, set()).add(tuple(own))
+    assert [len(own) for own in colors.values()] == [1, 1, 1, 1]
+    assert len(set.union(*colors.values())) == 4
+
+
 def test_the_box_of_the_first_frame_is_in_view(path: Path) -> None:
     """And with it more than the particles, drawn or not."""
     text = path.read_text().replace("Properties", 'Lattice="90 0 0 0 90 0 0 0 90" Properties')

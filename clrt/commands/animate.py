@@ -15,9 +15,9 @@ from clrt.commands.options import (
     RenderingOptions,
     VideoOptions,
     film_options,
-    format_option,
     only_for_particles,
     particle_options,
+    reading_options,
     rendering_options,
     shard_of,
     stem_of,
@@ -43,7 +43,7 @@ from clrt.errors import ClrtError, FrameError, RequestError, SceneError, called,
 @film_options
 @rendering_options
 @particle_options
-@format_option
+@reading_options
 @click.option(
     "--view-all",
     is_flag=True,
@@ -70,7 +70,7 @@ def animate(
     film: dict[str, Any],
     rendering: RenderingOptions,
     drawn: dict[str, Any],
-    format: str | None,
+    reading: dict[str, str],
     view_all: bool,
     resume: bool,
     shard: tuple[int, int] | None,
@@ -105,15 +105,15 @@ def animate(
         image.check_apart(output, Path(one))
     look = {"samples": rendering.samples, **film}
     way: animation.Frames
-    if len(scenes) > 1 or format is not None or is_particles(Path(scene)):
+    if len(scenes) > 1 or "format" in reading or is_particles(Path(scene)):
         from clrt.figure.sources import look as looking
         from clrt.motion.trajectory import Flow
 
         with called(PARTICLE_KEYS):
             drawing = looking(size=(width, height), **look, **drawn)
-            way = Flow(scenes, drawing, view_all=view_all, format=format)
+            way = Flow(scenes, drawing, view_all=view_all, **reading)
     else:
-        only_for_particles(scene, **drawn, view_all=view_all)
+        only_for_particles(scene, **drawn, **reading, view_all=view_all)
         loaded = opened(scene, **look)
         with named(scene, SceneError):
             way = animation.Way(loaded)
@@ -136,7 +136,8 @@ def animate(
     with rendering.renderer() as renderer:
         renderer.prepare(way.scene(asked[0]), dtype)  # in this thread: see pocl.signals_kept()
         if pattern:
-            kind = cluster.kind(cluster.fingerprint(way.said), width, height, renderer)
+            what = " ".join([cluster.fingerprint(way.said), *reading.values()])
+            kind = cluster.kind(what, width, height, renderer)
             adds = resume or shard is not None
             made = numbered.join(output, kind, way.fps, asked, adds=adds)
             if resume:

@@ -247,14 +247,16 @@ PARTICLE_KEYS = {
     for key in (
         *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
         *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
-        *("margin", "background", "samples"),
+        *("margin", "background", "samples", "altloc", "assembly"),
     )
 }
 """What a key of a Look is called on the command line."""
 
 HEADINGS = {
     "Picture": ("output", "width", "height", "samples", "style", "background", "transparent"),
-    "Which particles": ("select", "hide", "frame", "format", "wrap", "replicate", "cell"),
+    "Which particles": (
+        *("select", "hide", "frame", "altloc", "assembly", "wrap", "replicate", "cell"),
+    ),
     "Their colours": ("color", "colors", "cmap", "clim", "colorbar"),
     "Their radii": ("radius", "scale"),
     "Where they are seen from": (
@@ -267,7 +269,7 @@ HEADINGS = {
         "view_all",
     ),
     "Frames and videos": ("frames", "step", "fps", "crf", "resume", "shard"),
-    "Files": ("output_format", "transfer", "bits", "passes", "region", "save_scene"),
+    "Files": ("format", "output_format", "transfer", "bits", "passes", "region", "save_scene"),
     "Scenes": ("max_depth", "shadow_bias", "camera"),
 }
 """Of the help of commands that make pictures; other options come last."""
@@ -416,12 +418,33 @@ scene_options = _group("changes", dict, SCENE_OPTIONS)
 """Keys of a scene, in place of its own."""
 
 
-format_option = click.option(
-    "--format",
-    metavar="NAME",
-    help="Of files of particles whose names do not tell: npz, npy, csv, ply, xyz, dump, data, pdb, "
-    "cif, gsd or vtk.",
+READING_OPTIONS = (
+    click.option(
+        "--format",
+        metavar="NAME",
+        help="Of files of particles whose names do not tell: npz, npy, csv, ply, xyz, dump, data, "
+        "pdb, cif, gsd, gro, poscar or vtk.",
+    ),
+    click.option(
+        "--altloc",
+        metavar="NAME",
+        help="Of an atom's alternate locations in .pdb and .cif: most, the most occupied, or all; "
+        "default: most.",
+    ),
+    click.option(
+        "--assembly",
+        metavar="NAME",
+        help="A biological assembly that a .pdb or .cif has, as 1; default: the atoms listed.",
+    ),
 )
+
+
+def _reading(**given: str | None) -> dict[str, str]:
+    return {key: text for key, text in given.items() if text is not None}
+
+
+reading_options = _group("reading", _reading, READING_OPTIONS)
+"""How files of particles are read, where it is said: arguments of clrt.read()."""
 
 
 def stem_of(source: str) -> str:

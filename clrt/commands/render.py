@@ -14,9 +14,9 @@ from clrt.commands.options import (
     Grouped,
     RenderingOptions,
     film_options,
-    format_option,
     only_for_particles,
     particle_options,
+    reading_options,
     rendering_options,
     scene_options,
     stem_of,
@@ -80,7 +80,7 @@ if TYPE_CHECKING:
     metavar="N",
     help="Of a file of particles, counted from 0, -1 for the last; default: 0.",
 )
-@format_option
+@reading_options
 @click.option(
     "--output-format",
     metavar="NAME",
@@ -107,7 +107,7 @@ def render(
     rendering: RenderingOptions,
     drawn: dict[str, Any],
     frame: int | None,
-    format: str | None,
+    reading: dict[str, str],
     output_format: str | None,
     save_scene: Path | None,
     verbose: bool,
@@ -140,10 +140,10 @@ def render(
         output = Path(f"stdout.{output_format or 'png'}")
     elif output_format is not None:
         raise RequestError("--output-format: expected -o -: else the suffix tells")
-    if has_particles := format is not None or is_particles(Path(scene)):
+    if has_particles := "format" in reading or is_particles(Path(scene)):
         width, height = width or 1920, height or 1080
     else:
-        only_for_particles(scene, **drawn, frame=frame, save_scene=save_scene)
+        only_for_particles(scene, **drawn, **reading, frame=frame, save_scene=save_scene)
         width, height = width or 3840, height or 2160
     left, top, right, bottom = check_region(region, *check_size(width, height))
     names = None if passes is None else check_passes(passes.split(","))
@@ -158,7 +158,7 @@ def render(
 
         with called(PARTICLE_KEYS):
             drawing = sources.look(size=(width, height), **look, **drawn)
-            loaded = sources.of_file(Path(scene), frame or 0, drawing, format)
+            loaded = sources.of_file(Path(scene), frame or 0, drawing, **reading)
         if changes["camera"] is not None:
             loaded = seen_by(loaded, changes["camera"])
     else:
@@ -173,8 +173,11 @@ def render(
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
     if save_scene is not None:
-        if format is not None or scene == "-":
+        if "format" in reading or scene == "-":
             raise RequestError("--save-scene: expected a file whose name tells its format")
+        if reading:
+            option = next(iter(reading))
+            raise RequestError(f"--save-scene: expected no --{option}: a scene cannot say it")
         check_apart(save_scene, Path(scene))
         write_scene(save_scene, sources.in_file(loaded, Path(scene), frame or 0, drawing))
     ready = time.perf_counter()

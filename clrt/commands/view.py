@@ -11,9 +11,9 @@ from clrt.commands.options import (
     PARTICLE_KEYS,
     Grouped,
     RenderingOptions,
-    format_option,
     only_for_particles,
     particle_options,
+    reading_options,
     rendering_options,
 )
 from clrt.commands.terminal import say
@@ -38,14 +38,14 @@ from clrt.errors import RequestError, called
 )
 @rendering_options
 @particle_options
-@format_option
+@reading_options
 def view(
     scene: str,
     host: str,
     port: int,
     rendering: RenderingOptions,
     drawn: dict[str, Any],
-    format: str | None,
+    reading: dict[str, str],
 ) -> None:
     """Shows SCENE in a browser, a built-in scene's name, a TOML file or a file of particles;
     default: four-spheres.
@@ -73,11 +73,11 @@ def view(
 
     samples = rendering.samples
     words = rendering.words()
-    if format is not None or is_particles(Path(scene)):
+    if "format" in reading or is_particles(Path(scene)):
         with called(PARTICLE_KEYS):
-            looked_at = subject.of_file(Path(scene), drawn, words, format)
+            looked_at = subject.of_file(Path(scene), drawn, words, reading)
     else:
-        only_for_particles(scene, **drawn)
+        only_for_particles(scene, **drawn, **reading)
         looked_at = subject.of(scene, words)
     first = Session(looked_at, samples).scene
     with rendering.renderer() as renderer:

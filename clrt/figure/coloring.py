@@ -38,6 +38,8 @@ class Meaning(NamedTuple):
     """Of a column of text: the texts that there are, in order."""
     numbers: tuple[int, ...] = ()
     """Of elements and types: those that there are, in order."""
+    names: tuple[str, ...] = ()
+    """Of types that have names: that of type t is names[t]. Files number them frame by frame."""
     spare: float | None = None
     """The radius of particles that have none."""
 
@@ -133,8 +135,18 @@ def together(meanings: Sequence[Meaning]) -> Meaning:
     ranges = [one.clim for one in meanings if one.clim is not None]
     clim = (min(low for low, _ in ranges), max(high for _, high in ranges)) if ranges else None
     kinds = tuple(sorted({kind for one in meanings for kind in one.kinds}))
-    numbers = tuple(sorted({number for one in meanings for number in one.numbers}))
-    return Meaning(clim, kinds, numbers, meanings[0].spare)
+    names: tuple[str, ...] = ()
+    numbers = set[int]()
+    for one in meanings:
+        names = _extended(names, one.names)
+        numbers |= {names.index(one.names[k]) if one.names != names[: len(one.names)] else k
+                    for k in one.numbers}  # fmt: skip
+    return Meaning(clim, kinds, tuple(sorted(numbers)), names, meanings[0].spare)
+
+
+def _extended(names: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
+    """Names, and behind them those of others that are none of them."""
+    return names + tuple(name for name in more if name not in names) if names else more
 
 
 def decorated(film: Film, parts: Sequence[Colored]) -> Film:
@@ -289,8 +301,14 @@ def _srgb(
         there = _there(numbers, known)
         return elements.COLORS[numbers], there, lambda: legends.of_elements(there.numbers)
     if by == "type" and particles.types is not None:
-        types, names = part(particles.types), particles.type_names
-        there = _there(types, known)
+        types, own_names = part(particles.types), particles.type_names
+        if own_names is None:
+            there, names = _there(types, known), None
+        else:
+            names = _extended(known.names, own_names)
+            if names[: len(own_names)] != own_names:
+                types = np.array([names.index(name) for name in own_names])[types]
+            there = _there(types, known)._replace(names=names)
         return palette.of_types(types), there, lambda: legends.of_types(there.numbers, names)
     if by == "one":
         n = len(particles) if rows is None else len(rows)

@@ -60,6 +60,8 @@ class Picture:
 def plot(
     positions_or_particles: Any,
     *,
+    altloc: str = "most",
+    assembly: str | int | None = None,
     select: str | None = None,
     hide: str | None = None,
     mask: ArrayLike | None = None,
@@ -93,6 +95,7 @@ def plot(
 
     Args:
         positions_or_particles: positions (n, 3), or whatever clrt.read() takes.
+        altloc, assembly: of a file's name, as of clrt.read().
         select: which particles there are: an expression over columns in Python's syntax, as
             'x > 0 and chain == "A"' (docs/particles.md).
         hide: which of them there are not, likewise.
@@ -133,7 +136,7 @@ def plot(
         OutputError: the picture does not fit into memory.
         DeviceError: the device fails.
     """
-    particles = read(positions_or_particles)
+    particles = read(positions_or_particles, altloc=altloc, assembly=assembly)
     if colors is not None and values is not None:
         raise RequestError("values: expected none beside colors")
     by_kind = isinstance(radii, Mapping)

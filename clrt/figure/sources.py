@@ -18,14 +18,17 @@ def look(**given: Any) -> Look:
     return Look(**{key: value for key, value in given.items() if value is not None})
 
 
-def of_file(path: Path, frame: int, look: Look, format: str | None = None) -> Scene:
+def of_file(path: Path, frame: int, look: Look, **reading: Any) -> Scene:
     """The scene that shows a frame of a file, with its particles as spheres.
+
+    Args:
+        reading: other arguments of clrt.read().
 
     Raises:
         RequestError: it cannot be read, or lacks a quantity that is to be drawn; it names the file.
         OutputError: it does not fit into memory.
     """
-    particles = read(path, frame, format)
+    particles = read(path, frame, **reading)
     with named(path):
         return compose.scene(particles, look)
 

@@ -4,6 +4,7 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -34,7 +35,7 @@ class Flow:
         source: a file's name, or several of a frame each, as clrt.read() takes them.
         look: how the particles are drawn.
         view_all: the camera holds the particles of all frames, which are read for that.
-        format: as of clrt.read().
+        reading: other arguments of clrt.read().
 
     Raises:
         RequestError: it cannot be read, or lacks a quantity that is to be drawn; it names the file.
@@ -44,10 +45,10 @@ class Flow:
     fps = 30.0
 
     def __init__(
-        self, source: Source, look: Look, *, view_all: bool = False, format: str | None = None
+        self, source: Source, look: Look, *, view_all: bool = False, **reading: Any
     ) -> None:
         self.look = look
-        self._opened = partial(Reader, source, format)
+        self._opened = partial(Reader, source, **reading)
         with self._opened() as reader:
             self.path = path = Path(reader.name)
             self.frames = range(reader.count())

@@ -1,9 +1,10 @@
 """Subject: the scene or particles in view, and the words of the command line that name them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from msgspec.structs import replace
@@ -90,25 +91,28 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
 
 
 def of_file(
-    path: Path, drawn: dict[str, Any], words: Sequence[str] = (), format: str | None = None
+    path: Path,
+    drawn: dict[str, Any],
+    words: Sequence[str] = (),
+    reading: Mapping[str, Any] = MappingProxyType({}),
 ) -> Subject:
     """A file of particles, and its frames. All are seen by the first one's camera, and a column's
     colours stand for the first one's values.
 
     Args:
         drawn: see clrt.figure.Look.
-        words: of `clrt render`, beside the name and those of `drawn`.
+        words: of `clrt render`, beside the name and those of `drawn` and `reading`.
+        reading: arguments of clrt.read().
 
     Raises:
         RequestError: it cannot be read, or lacks a quantity that is to be drawn.
     """
     look = sources.look(**drawn)
-    flow = Flow(path, look, format=format)
-    own = words if format is None else (*words, "--format", format)
+    flow = Flow(path, look, **reading)
 
     @lru_cache(1)
     def known(frame: int) -> tuple[Particles, Array | None]:
-        return read(path, frame, format), flow.rows(frame)
+        return read(path, frame, **reading), flow.rows(frame)
 
     def values(frame: int, index: int) -> dict[str, Any]:
         particles, rows = known(frame)
@@ -117,7 +121,8 @@ def of_file(
     return Subject(
         (
             str(path),
-            *own,
+            *words,
+            *_options({**reading}),
             *_options(drawn | {"clim": flow.look.clim, "radius": flow.look.radius}),
         ),
         lru_cache(2)(flow.scene),
@@ -127,7 +132,7 @@ def of_file(
         seen_by=styles.seen_by,
         values=values,
         style=look.style,
-        styled=lambda style: of_file(path, drawn | {"style": style}, words, format),
+        styled=lambda style: of_file(path, drawn | {"style": style}, words, reading),
     )
 
 

@@ -70,18 +70,37 @@ class Blocks:
     ) -> Particles:
         columns = {name: column[rows] for name, column in columns.items()}
         symbols = symbols[rows]
-        structure = self.gemmi.Structure()
         cell = _cell(block, self.gemmi)
         bonds = _connected(block, columns)
         if self.options.assembly is not None:
-            structure = self.gemmi.make_structure_from_block(block)
-            columns, symbols = assembled(
-                columns, symbols, structure, self.options.assembly, self.source
+            structure = _assemblies(block, self.gemmi)
+            columns, symbols, bonds = assembled(
+                columns, symbols, bonds, structure, self.options.assembly, self.source
             )
-            bonds = None
         for name in ("subchain", "label_seq"):  # those of the authors are columns
             columns.pop(name, None)
         return molecule(columns, symbols, self.source, cell, self.options.altloc, bonds)
+
+
+def _assemblies(block: Any, gemmi: Any) -> Any:
+    """A gemmi.Structure of no atoms with the assemblies of a block."""
+    document = gemmi.cif.Document()
+    part = document.add_new_block(block.name)
+    generators, operators = (
+        block.get_mmcif_category(f"_pdbx_struct_{name}.", True)
+        for name in ("assembly_gen", "oper_list")
+    )
+    names = list(dict.fromkeys(generators.get("assembly_id", [])))
+    # gemmi 0.7 reads none where one of these columns is missing.
+    known = ("details", "method_details", "oligomeric_details", "oligomeric_count")
+    unknown = ["?"] * max(len(names), len(operators.get("id", [])))
+    for name, table in (
+        ("assembly", {"id": names} | {key: unknown[: len(names)] for key in known}),
+        ("assembly_gen", generators),
+        ("oper_list", {"type": unknown[: len(operators.get("id", []))]} | operators),
+    ):
+        part.set_mmcif_category(f"_pdbx_struct_{name}.", table, True)
+    return gemmi.make_structure_from_block(part)
 
 
 def _cell(block: Any, gemmi: Any) -> Array | None:

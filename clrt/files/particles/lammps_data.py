@@ -171,9 +171,12 @@ def _header(lines: Lines) -> tuple[Header, str | None]:
 
 def _atoms(lines: Lines, rows: int, style: str | None) -> Table:
     words = (lines.peek() or "").partition("#")[0].split()
-    style = style if style in STYLES else _style_of(words)
-    if style is None:
-        raise lines.error(f"'Atoms # style', one of {', '.join(STYLES)}, before", lines.line())
+    if style not in STYLES:
+        said, style = style, _style_of(words)
+        if style is None:
+            raise lines.error(f"'Atoms # style', one of {', '.join(STYLES)}, before", lines.line())
+        why = "Atoms names no style" if said is None else f"Atoms # {said} is of no known style"
+        rules.say(str(lines.path), f"{why}: its columns are read as {STYLES[style]} ({style})")
     names = STYLES[style].split()
     extra = len(words) - len(names)
     if style == "hybrid":

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from clrt.errors import RequestError, SceneError
+from clrt.files.particles import rules
 from clrt.files.particles.molecules import Options, molecule
-from clrt.particles.particles import Particles
+from clrt.particles.particles import Particles, bonds_among
 from clrt.values import Array, some
 
 WIDTH = 80
@@ -55,10 +56,9 @@ class Models:
         structure = self.gemmi.read_pdb_string(b"\n".join(head).decode("latin1"))
         cell = structure.cell
         if self.options.assembly is not None:
-            columns, symbols = assembled(
-                columns, symbols, structure, self.options.assembly, self.source
+            columns, symbols, bonds = assembled(
+                columns, symbols, bonds, structure, self.options.assembly, self.source
             )
-            bonds = None
         unit = cell.is_crystal() and min(cell.a, cell.b, cell.c) > 1  # 1 Å stands for none
         box = np.transpose(cell.orth.mat.tolist()) if unit else None
         return molecule(columns, symbols, self.source, box, self.options.altloc, bonds)
@@ -228,9 +228,15 @@ def _bonds(conect: list[bytes], serials: Array) -> Array | None:
 
 
 def assembled(
-    columns: dict[str, Array], symbols: Array, structure: Any, name: str, source: str
-) -> tuple[dict[str, Array], Array]:
-    """The atoms of a biological assembly: those of some chains, moved by its operators.
+    columns: dict[str, Array],
+    symbols: Array,
+    bonds: Array | None,
+    structure: Any,
+    name: str,
+    source: str,
+) -> tuple[dict[str, Array], Array, Array | None]:
+    """The atoms of a biological assembly, those of some chains moved by its operators, and the
+    bonds between those that are moved alike. A warning counts bonds that have no such ends.
 
     Raises:
         RequestError: there is none of this name.
@@ -238,21 +244,42 @@ def assembled(
     every = {one.name: one for one in structure.assemblies}
     if name not in every:
         raise RequestError(f"{source}: assembly: expected one of {some(every, 20)}, got {name!r}")
-    rows, moved = list[Array](), list[Array]()
+    # Chains of several generators that are moved alike are one copy.
+    copies = dict[tuple[float, ...], Array]()
     for generator in every[name].generators:
         chains = np.array([one.encode() for one in generator.chains], "S")
         units = np.array([one.encode() for one in generator.subchains], "S")
         inside = np.isin(columns["subchain"], units) if len(units) and "subchain" in columns else (
             np.isin(columns["chain"], chains))  # fmt: skip
-        here = np.flatnonzero(inside)
         for operator in generator.operators:
-            turn = np.array(operator.transform.mat.tolist())
-            step = np.array(operator.transform.vec.tolist())
-            rows.append(here)
-            moved.append(columns["positions"][here] @ turn.T + step)
+            turn, step = operator.transform.mat.tolist(), operator.transform.vec.tolist()
+            key = (*(number for row in turn for number in row), *step)
+            copies[key] = copies[key] | inside if key in copies else inside
+    rows, moved = list[Array](), list[Array]()
+    for key, inside in copies.items():
+        here = np.flatnonzero(inside)
+        turn, step = np.reshape(key[:9], (3, 3)), np.array(key[9:])
+        rows.append(here)
+        moved.append(columns["positions"][here] @ turn.T + step)
     row = np.concatenate(rows) if rows else np.zeros(0, np.int64)
     copied = {key: column[row] for key, column in columns.items()}
     copied["positions"] = np.concatenate(moved) if moved else np.zeros((0, 3))
     # Copies of one atom are no alternate locations of each other.
     copied["copy"] = np.repeat(np.arange(len(rows)), [len(one) for one in rows])
-    return copied, symbols[row]
+    return copied, symbols[row], _copied(bonds, list(copies.values()), source)
+
+
+def _copied(bonds: Array | None, copies: list[Array], source: str) -> Array | None:
+    """(m, 2): the bonds of each copy, of which (n,) bool says which atoms are in it."""
+    if bonds is None or not copies:
+        return None
+    found, first = list[Array](), 0
+    kept = np.zeros(len(bonds), bool)
+    for inside in copies:
+        kept |= inside[bonds].all(axis=1)
+        found.append(bonds_among(bonds, inside) + first)
+        first += int(np.count_nonzero(inside))
+    there = np.logical_or.reduce(copies)[bonds].all(axis=1)
+    if left := int(np.count_nonzero(there & ~kept)):
+        rules.say(source, f"{left} of {len(bonds)} bonds are left out: their ends are moved apart")
+    return np.concatenate(found)

@@ -73,8 +73,10 @@ def read(
     if not is_source(source):
         if k not in (0, -1):
             raise RequestError(f"frame: expected 0 for what is no file, got {k}")
+        if assembly is not None:
+            raise _no_assembly(type(source).__name__)
         return objects.read(source)
-    with Reader(source, format, _options(altloc, assembly)) as file:
+    with Reader(source, format, altloc, assembly) as file:
         found = file.frame(file.count() + k if k < 0 else k)
         if found is None:
             last = file.count() - 1
@@ -94,7 +96,7 @@ def read_frames(
     Raises:
         as read(), when the frame is due.
     """
-    with Reader(path, format, _options(altloc, assembly)) as file:
+    with Reader(path, format, altloc, assembly) as file:
         for k in count():
             if (particles := file.frame(k)) is None:
                 return
@@ -117,18 +119,28 @@ def is_source(given: Any) -> bool:
 class Reader:
     """A file of particles, or some with a frame each, open.
 
+    Args:
+        as of read().
+
     Raises:
         as read(), from all that it does.
     """
 
     def __init__(
-        self, source: Source, format: str | None = None, options: Options | None = None
+        self,
+        source: Source,
+        format: str | None = None,
+        altloc: str = "most",
+        assembly: str | int | None = None,
     ) -> None:
+        options = _options(altloc, assembly)
         given = [source] if isinstance(source, str | os.PathLike) else list(source)
         paths = [path for one in given for path in series.files_of(Path(one))]
         self.name = str(given[0]) if len(given) == 1 else f"{given[0]} and others"
         with _told(self.name):
             if joined.are_joined(paths):
+                if assembly is not None:
+                    raise _no_assembly(self.name)
                 self._frames: Frames = joined.Universe(paths)
             elif len(paths) == 1:
                 self._frames = _open(paths[0], format, options)
@@ -176,12 +188,16 @@ def _check(path: Path, format: str | None) -> str:
     return form
 
 
-def _open(path: Path, format: str | None, options: Options | None) -> Frames:
+def _no_assembly(name: str) -> RequestError:
+    return RequestError(f"{name}: assembly: expected a file of {' or '.join(MOLECULES)}")
+
+
+def _open(path: Path, format: str | None, options: Options) -> Frames:
     form = _check(path, format)
-    if options is not None and form in MOLECULES:
+    if form in MOLECULES:
         return _library(form, partial(MOLECULES[form], options=options))(path)
-    if options is not None and options.assembly is not None:
-        raise RequestError(f"{path}: assembly: expected a file of {' or '.join(MOLECULES)}")
+    if options.assembly is not None:
+        raise _no_assembly(str(path))
     return READERS[form](path)
 
 
@@ -256,8 +272,7 @@ READERS: dict[str, Callable[[Path], Frames]] = {
     "xyz": _xyz,
     "dump": _lammps,
     "data": _text(lammps_data.read),
-    "pdb": _library("pdb", pdb.Models),
-    "cif": _library("cif", cif.Blocks),
+    **{form: _library(form, open_file) for form, open_file in MOLECULES.items()},
     "gsd": _library("gsd", hoomd.Frames),
     "gro": _gro,
     "poscar": lambda path: poscar.Steps(opened.lines(path)),
