@@ -57,7 +57,7 @@ def test_what_is_drawn() -> None:
 def test_a_scene_without_them_needs_no_font() -> None:
     code = (
         "import sys, clrt\n"
-        "from clrt.decor import decorations\n"
+        "from clrt.film.decor import decorations\n"
         "scene = clrt.load_scene('four-spheres')\n"
         "assert decorations.marks(scene, (8, 5), (0, 0, 8, 5), False, None) == []\n"
         "late = 'clrt.film.decor.panel', 'clrt.scene.lens'\n"

@@ -198,7 +198,7 @@ def test_floats_that_are_bytes() -> None:
         ({"type": ["O", "H"]}, [8, 1], [1, 0], ("H", "O")),
         ({"type": ["Å", "many_letters"]}, None, [1, 0], ("many_letters", "Å")),
         ({"name": ["CA", "OW"]}, [6, 8], None, None),
-        ({"name": ["bead", "W1"]}, None, None, None),
+        ({"name": ["bead", "W1"]}, None, [1, 0], ("W1", "bead")),
         ({"mass": [12.011, 1.008]}, [6, 1], None, None),
         ({"mass": [1.0, 1.0]}, None, None, None),
         ({"mass": [12.0, 15.035], "name": ["CA", "CB"]}, [6, 6], None, None),

@@ -227,13 +227,14 @@ def test_started_by_many_threads_at_once() -> None:
 import os, threading
 from concurrent.futures import ThreadPoolExecutor
 import clrt
+from clrt.renderer import maker
 from clrt.storage import cache_folder
 before, scene = dict(os.environ), clrt.load_scene("four-spheres")
 with ThreadPoolExecutor(8) as threads:
     pictures = list(threads.map(lambda i: clrt.render(scene, 20, 10), range(8)))
 assert all((picture == pictures[0]).all() for picture in pictures)
 assert dict(os.environ) == before
-assert len(list(cache_folder().glob("run-*"))) == 1
+assert len(list(cache_folder().glob("run-*"))) == 1 + len(maker._idle)  # a child has its own
 """
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "XDG_CACHE_HOME": cache}

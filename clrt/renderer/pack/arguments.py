@@ -23,6 +23,7 @@ from clrt.renderer.pack.structs import (
 )
 from clrt.renderer.pack.world import World
 from clrt.scene import lens
+from clrt.scene.camera import Camera
 from clrt.scene.light import DirectionalLight
 from clrt.scene.scene import Scene
 
@@ -189,12 +190,12 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
     extent: Any = wide(reach or distance.max(initial=0) or 1)
     scale = wide(1) if literal else np.ldexp(wide(1), -np.frexp(extent)[1])
     if not literal:
-        _require_in_range(world, eye, extent)
+        _require_in_range(world, scene.camera, extent)
     space = Space(origin, space.turn, scale, extent)
     return space, Listed(ids, center, radius, world.material_of[chosen])
 
 
-def _require_in_range(world: World, eye: Array, extent: Any) -> None:
+def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
     """Raises RequestError: a sphere that the camera sees is lost beside the farthest, which is no
     giant."""
     radii, least = world.spheres.radius, LEAST_RADIUS[PRECISIONS[world.precision]] * extent
@@ -202,8 +203,12 @@ def _require_in_range(world: World, eye: Array, extent: Any) -> None:
         return
     small = np.flatnonzero(radii < least)
     radius = radii[small].astype(np.longdouble)
-    distance = np.linalg.norm(world.spheres.center[small].astype(np.longdouble) - eye, axis=1)
-    seen = small[radius > SPECK * distance]
+    if camera.orthographic:
+        across = np.longdouble(camera.height)
+    else:
+        away = world.spheres.center[small].astype(np.longdouble) - camera.position
+        across = np.linalg.norm(away, axis=1)
+    seen = small[radius > SPECK * across]
     if len(seen):
         # As words: a float64 may not hold the extent.
         wanted = "double" if world.precision == "robust" else "the farthest spheres nearer"
