@@ -159,3 +159,37 @@ def test_ovitos_text_and_radii_of_0() -> None:
     found = clrt.read(Object(particles=Properties(KINDS, **own), cell=None))
     assert list(found.texts["Residue"]) == ["A", "B", "C"]
     assert same(found.radii, [0.25, 0.5, 0.25])
+
+
+class Listed:
+    """A property of OVITO that is text: a slice of it is a list, and it is no array."""
+
+    def __init__(self, *words: str) -> None:
+        self.words = list(words)
+
+    def __getitem__(self, key: slice) -> list[str]:
+        return self.words[key]
+
+    def __array__(self, *args: Any, **options: Any) -> Any:
+        raise RuntimeError("OVITO property arrays of data type 'str' cannot be directly exposed")
+
+
+def test_ovitos_molecules() -> None:
+    """As it reads a PDB file: names are text, residues are types, and there are bonds."""
+    residues = np.array([2, 2, 1]).view(Typed)
+    residues.types = [Object(id=1, name="GLY"), Object(id=2, name="ALA")]
+    properties = Properties(
+        KINDS, **{"Atom Name": Listed("CA", "Cl", "CA"), "Residue Type": residues}
+    )
+    properties.bonds = Object(topology=np.array([[0, 2], [1, 2]]))
+    found = clrt.read(Object(particles=properties, cell=None))
+    assert list(found.texts["name"]) == ["CA", "Cl", "CA"]
+    assert list(found.texts["residue"]) == ["ALA", "ALA", "GLY"]
+    assert same(found.elements, [6, 17, 6])
+    assert same(found.bonds, [[0, 2], [1, 2]])
+
+
+class Typed(np.ndarray):  # type: ignore[type-arg]
+    """An array with types."""
+
+    types: list[Any]

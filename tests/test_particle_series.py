@@ -287,10 +287,12 @@ def test_a_video_up_to_a_frame_that_is_wrong() -> None:
 def test_no_word_of_toml_of_what_is_no_scene() -> None:
     Path("a.mol2").write_text("@<TRIPOS>MOLECULE\n")
     Path("a.bin").write_bytes(b"\xff\xfe\x00binary")
+    Path("a.xtc").write_bytes(b"x")
     Path("notes").write_text("x y z\n1 2 3\n")
     for name, said in (
         ("a.mol2", "clrt does not read .mol2; MDAnalysis does: clrt.plot(MDAnalysis.Universe("),
         ("a.bin", "clrt does not read .bin; ovito does"),
+        ("a.xtc", ".xtc has places and no atoms: clrt animate system.gro a.xtc reads both"),
         ("notes", "clrt reads .npz .npy .csv"),
     ):
         for verb in ("render", "animate"):

@@ -4,24 +4,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from clrt.errors import RequestError
+from clrt.errors import RequestError, SceneError
 from clrt.files.particles import objects
+from clrt.files.particles.suffix import PLACES
 from clrt.particles.particles import Particles
-
-PLACES = (
-    ".xtc",
-    ".trr",
-    ".dcd",
-    ".nc",
-    ".ncdf",
-    ".trj",
-    ".mdcrd",
-    ".tng",
-    ".trz",
-    ".coor",
-    ".h5md",
-)
-"""The suffixes of files that have places of atoms and say little of what they are."""
 
 
 def are_joined(paths: Sequence[Path]) -> bool:
@@ -35,6 +21,7 @@ class Universe:
 
     Raises:
         RequestError: MDAnalysis is not installed.
+        SceneError: a file is not there.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -43,6 +30,9 @@ class Universe:
         except ImportError:
             needs = "needs MDAnalysis: pip install 'clrt[traj]'"
             raise RequestError(f"{paths[1]}: {needs}") from None
+        for path in paths:  # MDAnalysis would print a traceback of its own as well
+            if not path.is_file():
+                raise SceneError(f"{path}: no such file")
         self.source = str(paths[1])
         self.universe = MDAnalysis.Universe(*map(str, paths))
 

@@ -119,15 +119,22 @@ def _plain(array: Array) -> Array:
 
 
 def _of_ovito(collection: Any, source: str) -> Particles:
-    """OVITO's DataCollection: "Particle Type" is its name, and vectors have three columns."""
+    """OVITO's DataCollection: "Particle Type" is its name, and vectors have three columns. A
+    property of other types, as "Residue Type", is text."""
     part = collection.particles
     columns: dict[str, Array] = {}
     for name in part:
-        array = _plain(np.asarray(part[name]))
+        array = _plain(np.asarray(part[name][:]))  # OVITO gives text as a list, by a slice only
+        named = {kind.id: kind.name for kind in getattr(part[name], "types", ())}
+        if name != "Particle Type" and array.dtype.kind in "iu" and any(named.values()):
+            array = np.array([named.get(kind, "") for kind in array.tolist()])
+        name = OVITO.get(name, name)
         if name not in ("Position", "Color") and array.ndim == 2 and array.shape[1] == 3:
             columns |= {f"{name}.{axis}": array[:, i] for i, axis in enumerate("XYZ")}
         else:
             columns[name] = array
+    topology = getattr(getattr(part, "bonds", None), "topology", None)
+    bonds = None if topology is None else np.asarray(topology)
     type_names = None
     types = columns.pop("Particle Type", None)
     if types is not None:
@@ -142,6 +149,10 @@ def _of_ovito(collection: Any, source: str) -> Particles:
         if "Radius" not in columns and len(radii) and (radii > 0).all():
             columns["Radius"] = radii[which]
     if collection.cell is None:
-        return particles(columns, source, type_names=type_names)
+        return particles(columns, source, type_names=type_names, bonds=bonds)
     matrix = np.asarray(collection.cell)  # edges and origin are its columns
-    return particles(columns, source, matrix[:, :3].T, matrix[:, 3], type_names)
+    return particles(columns, source, matrix[:, :3].T, matrix[:, 3], type_names, bonds=bonds)
+
+
+OVITO = {"Atom Name": "name", "Residue Type": "residue"}
+"""OVITO's properties, and what clrt calls them."""

@@ -38,11 +38,15 @@ NAMES = {
 ELSEWHERE = {
     "ase.io.read": ".mol .sdf .traj .xsf .cube .xsd .res .gen .cell .cfg .db .castep .outcar",
     "ovito.io.import_file": ".imd .fhi .bin .vtm .pvd .gdf",
-    "MDAnalysis.Universe": ".mol2 .psf .prmtop .tpr .dcd .xtc .trr .crd .pdbqt .pqr .nc .ncdf",
+    "MDAnalysis.Universe": ".mol2 .psf .prmtop .tpr .crd .pdbqt .pqr",
     "trimesh.load": ".stl .obj .glb .gltf .off .3mf",
     "pyvista.read": ".vti .vts .vtr .vtkhdf .pvtu .pvtp .case .foam",
 }
 """What reads other formats, and gives objects that clrt.plot() takes."""
+PLACES = (
+    *(".xtc", ".trr", ".dcd", ".nc", ".ncdf", ".trj", ".mdcrd", ".tng", ".trz", ".coor", ".h5md"),
+)
+"""The suffixes of files that have places of atoms and say little of what they are."""
 
 
 def split(path: Path) -> tuple[str, str]:
@@ -85,6 +89,9 @@ def reads_it(path: Path) -> str:
     """What is said of a file that is of no format: what reads it, and which formats there are."""
     suffix = split(path)[0]
     known = f"clrt reads {' '.join(SUFFIXES)} and scenes .toml"
+    if suffix in PLACES:
+        call = f"clrt animate system.gro {path.name[:40]}"
+        return f"{suffix} has places and no atoms: {call} reads both by MDAnalysis; {known}"
     for reader, suffixes in ELSEWHERE.items():
         if suffix in suffixes.split():
             package = reader.split(".")[0]
