@@ -67,6 +67,7 @@ class Properties(dict[str, Any]):
     """OVITO's particles: properties by name, some of which are attributes as well."""
 
     positions = position = POSITIONS
+    bonds: Any = None
 
     def __init__(self, kinds: list[Object], **more: Any) -> None:
         types = {"Particle Type": np.array([4, 7, 4])}
