@@ -16,6 +16,8 @@ from clrt.values import Array, some
 
 WIDTH = 80
 ATOMS = (b"ATOM  ", b"HETATM")
+OTHERS = np.array([b"C", b"E", b"H", b"M", b"R"])
+"""How the names of other lines that are read begin."""
 DOTS = (34, 42, 50)
 """Where the points of the coordinates are."""
 THREE = re.compile(rb"(-?\d+\.\d{3})\s*(-?\d+\.\d{3})\s*(-?\d+\.\d{3})")
@@ -39,11 +41,10 @@ class Models:
             raise RequestError(f"{path}: needs gemmi: pip install 'clrt[mol]'") from None
         self.source, self.options = str(path), options
         self.gemmi = gemmi
-        lines = path.read_bytes().splitlines()
-        frames, self.head, self.conect = _frames(lines)
-        if not frames:
+        self.lines = _Lines(path.read_bytes())
+        self.frames, self.head, self.conect = _frames(self.lines)
+        if not self.frames:
             raise SceneError(f"{path}: expected atoms, got none")
-        self.lines, self.frames = lines, frames
 
     def frame(self, k: int) -> Particles | None:
         """Frame k, or None after the last one."""
@@ -67,57 +68,89 @@ class Models:
         return len(self.frames)
 
     def close(self) -> None:
-        self.lines, self.frames = [], []
+        self.lines, self.frames = _Lines(b""), []
+
+
+class _Lines:
+    """The lines of a file, any of which can be had as rows of an array."""
+
+    def __init__(self, text: bytes) -> None:
+        if b"\r" in text:
+            text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        self.text = text + b"\n" + b" " * WIDTH
+        ends = np.flatnonzero(np.frombuffer(self.text, np.uint8) == ord("\n"))
+        self.begins = np.concatenate([[0], ends[:-1] + 1])
+        self.lengths = ends - self.begins
+
+    def __getitem__(self, i: int) -> bytes:
+        begin = int(self.begins[i])
+        return self.text[begin : begin + int(self.lengths[i])]
+
+    def starts(self, width: int, rows: Array | slice = slice(None)) -> Array:
+        """(n,) of kind S: what is in some lines, and behind the shorter ones, up to a width."""
+        # Numbers of NumPy's kind S that begin at every byte, of which those at lines are copied.
+        n = len(self.text) - width + 1
+        found: Array = np.ndarray((n,), f"S{width}", self.text, strides=(1,))[self.begins[rows]]
+        return found
+
+    def letters(self, rows: Array) -> Array:
+        """(n, WIDTH) of uint8: some lines, which blanks make as long as that."""
+        found: Array = self.starts(WIDTH, rows).view(np.uint8).reshape(-1, WIDTH)
+        lengths = self.lengths[rows]
+        least = int(lengths.min())
+        if least < WIDTH:
+            found[:, least:][np.arange(least, WIDTH) >= lengths[:, np.newaxis]] = ord(" ")
+        return found
 
 
 def _frames(
-    lines: list[bytes],
-) -> tuple[list[tuple[list[int], bytes | None]], list[bytes], list[bytes]]:
+    lines: _Lines,
+) -> tuple[list[tuple[Array, bytes | None]], list[bytes], list[bytes]]:
     """For each frame the numbers of its atoms' lines and its CRYST1; what stands in the file's
     head; and the lines of bonds."""
-    frames = list[tuple[list[int], bytes | None]]()
-    head, conect, rows = list[bytes](), list[bytes](), list[int]()
+    kinds = lines.starts(6)
+    is_atom = (kinds == ATOMS[0]) | (kinds == ATOMS[1])
+    rows = np.flatnonzero(is_atom)
+    frames = list[tuple[Array, bytes | None]]()
+    head, conect, done = list[bytes](), list[bytes](), 0
     cryst: bytes | None = None
-    for i, line in enumerate(lines):
-        start = line[:6]
-        if start in ATOMS:
-            rows.append(i)
-        elif start == b"CRYST1":
-            if rows:
-                frames.append((rows, cryst))
-                rows = []
-            cryst = line
-        elif start.startswith(b"END") or start.startswith(b"MODEL"):
-            if rows:
-                frames.append((rows, cryst))
-                rows = []
-        elif start == b"CONECT":
+    others = np.flatnonzero(~is_atom & np.isin(kinds.astype("S1"), OTHERS))
+    before = np.searchsorted(rows, others)
+    for i, upto in zip(others.tolist(), before.tolist(), strict=True):
+        line = lines[i]
+        if line.startswith((b"CRYST1", b"END", b"MODEL")):
+            if upto > done:
+                frames.append((rows[done:upto], cryst))
+                done = upto
+            if line.startswith(b"CRYST1"):
+                cryst = line
+        elif line.startswith(b"CONECT"):
             conect.append(line)
-        elif not frames and start[:6] in (b"REMARK", b"HEADER"):
+        elif not frames and line.startswith((b"REMARK", b"HEADER")):
             head.append(line)
-    if rows:
-        frames.append((rows, cryst))
+    if len(rows) > done:
+        frames.append((rows[done:], cryst))
     return frames, head, conect
 
 
-def _columns(
-    source: str, lines: list[bytes], rows: list[int]
-) -> tuple[dict[str, Array], Array, Array]:
+def _columns(source: str, lines: _Lines, rows: Array) -> tuple[dict[str, Array], Array, Array]:
     """The columns, the symbols (n,) of the elements and the numbers (n,) of the atoms."""
-    text = b"".join([lines[row][:WIDTH].ljust(WIDTH) for row in rows])
-    letters = np.frombuffer(text, np.uint8).reshape(-1, WIDTH)
+    letters = lines.letters(rows)
     odd = np.flatnonzero((letters[:, DOTS] != ord(".")).any(axis=1))
-    if len(odd):
-        letters = letters.copy()
-        for i in odd.tolist():
-            mended = _mended(source, lines[rows[i]], rows[i] + 1)
-            letters[i] = np.frombuffer(mended[:WIDTH].ljust(WIDTH), np.uint8)
+    for i in odd.tolist():
+        mended = _mended(source, lines[rows[i]], rows[i] + 1)
+        letters[i] = np.frombuffer(mended[:WIDTH].ljust(WIDTH), np.uint8)
 
     def field(start: int, end: int) -> Array:
         found: Array = np.ascontiguousarray(letters[:, start:end]).view(f"S{end - start}")[:, 0]
         return found
 
-    def numbers(start: int, end: int, name: str, blank: float | None) -> Array:
+    def numbers(
+        start: int, end: int, name: str, decimals: int, blank: float | None = None
+    ) -> Array:
+        exact = _fixed(letters[:, start:end], decimals)
+        if exact is not None:
+            return exact
         found = field(start, end)
         if blank is not None:
             empty = (letters[:, start:end] <= 32).all(axis=1)
@@ -136,7 +169,7 @@ def _columns(
                 ) from None
         raise AssertionError
 
-    xyz = [numbers(a, a + 8, axis, None) for a, axis in ((30, "x"), (38, "y"), (46, "z"))]
+    xyz = [numbers(a, a + 8, axis, 3) for a, axis in ((30, "x"), (38, "y"), (46, "z"))]
     positions = np.stack(xyz, axis=1)
     if len(odd):
         for i in odd.tolist():
@@ -146,15 +179,15 @@ def _columns(
         "positions": positions,
         "name": _stripped(field(12, 16)),
         "residue": _stripped(field(17, 21)),
-        "residue_id": _whole(field(22, 26)),
+        "residue_id": _whole(letters[:, 22:26]),
         "chain": _stripped(field(21, 22)),
         "insertion": _stripped(field(26, 27)),
         "altloc": _stripped(field(16, 17)),
-        "occupancy": numbers(54, 60, "occupancy", 1),
-        "b_factor": numbers(60, 66, "b_factor", 0),
+        "occupancy": numbers(54, 60, "occupancy", 2, blank=1),
+        "b_factor": numbers(60, 66, "b_factor", 2, blank=0),
         "hetero": letters[:, 0] == ord("H"),
     }
-    return columns, _stripped(field(76, 78)), _whole(field(6, 11))
+    return columns, _stripped(field(76, 78)), _whole(letters[:, 6:11])
 
 
 def _mended(source: str, line: bytes, number: int) -> bytes:
@@ -193,8 +226,46 @@ def _stripped(column: Array) -> Array:
     return found
 
 
+def _fixed(letters: Array, decimals: int) -> Array | None:
+    """(n,): numbers that all have their point at one place and end at the field's end; None: one is
+    written in another way. In a tenth of the time these are what float() makes of them: a whole
+    number by a power of ten is rounded once.
+
+    letters: (n, width) of uint8, width at most 9.
+    """
+    n, width = letters.shape
+    point = width - decimals - 1 if decimals else width
+    whole = np.zeros(n, np.int32)
+    begun, is_negative = np.zeros(n, bool), np.zeros(n, bool)
+    for i, column in enumerate(np.ascontiguousarray(letters.T)):
+        if i == point:
+            if (column != ord(".")).any():
+                return None
+            continue
+        digits = column - np.uint8(ord("0"))
+        is_good = is_digit = digits < 10
+        if i < point and i < width - 1:
+            is_minus = column == ord("-")
+            is_good = is_digit | (~begun & (is_minus | (column == ord(" "))))
+            begun |= is_digit | is_minus
+            is_negative |= is_minus
+        if not is_good.all():
+            return None
+        whole *= 10
+        whole += digits * is_digit
+    found = whole / 10.0**decimals
+    return np.where(is_negative, -found, found)
+
+
 def _whole(column: Array) -> Array:
-    """Whole numbers, also hybrid-36 (https://cci.lbl.gov/hybrid_36); -1 where there is none."""
+    """Whole numbers, also hybrid-36 (https://cci.lbl.gov/hybrid_36); -1 where there is none.
+
+    column: (n, width) of uint8.
+    """
+    exact = _fixed(column, 0)
+    if exact is not None:
+        return exact.astype(np.int64)
+    column = np.ascontiguousarray(column).view(f"S{column.shape[1]}")[:, 0]
     try:
         return column.astype(np.int64)
     except ValueError:
