@@ -12,6 +12,7 @@ from conftest import same
 
 import clrt
 from clrt.commands.cli import main
+from clrt.files.particles import pdb
 from clrt.particles import elements
 
 
@@ -445,3 +446,52 @@ def test_a_topology_and_a_trajectory(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert found[0].unit == "angstrom"
     assert found[0].cell is not None
     assert same(np.rint(found[0].cell), np.diag([10, 20, 30]))
+
+
+@pytest.mark.parametrize(
+    ("field", "decimals", "is_exact"),
+    [
+        ("  -0.000", 3, True),
+        ("-999.999", 3, True),
+        ("9999.999", 3, True),
+        ("   -.456", 3, True),
+        ("    .456", 3, True),
+        ("   1.50 ", 3, False),
+        ("  1.5e+1", 3, False),
+        ("1 23.456", 3, False),
+        ("  --.456", 3, False),
+        ("  12.3-4", 3, False),
+        ("     nan", 3, False),
+        ("  1.00", 2, True),
+        ("      ", 2, False),
+        ("   1", 0, True),
+        ("-  1", 0, False),
+        ("A000", 0, False),
+        ("12  ", 0, False),
+    ],
+)
+def test_numbers_of_fixed_width_are_those_of_float(
+    field: str, decimals: int, is_exact: bool
+) -> None:
+    found = pdb._fixed(np.frombuffer(field.encode(), np.uint8).reshape(1, -1), decimals)
+    assert (found is not None) == is_exact
+    if found is not None:
+        assert found.tobytes() == np.float64(field).tobytes()  # and the sign of 0
+
+
+def test_lines_may_be_short_and_end_in_several_ways(tmp_path: Path) -> None:
+    lines = [
+        atom(1, "N", x=-1.5),
+        atom(2, "CA", symbol="C")[:54] + "\n",
+        "TER\n",
+        atom(3, "O", x=9),
+    ]
+    for end in ("\n", "\r\n", "\r"):
+        for last in ("", end):
+            text = "".join(lines).replace("\n", end).removesuffix(end) + last
+            (tmp_path / "a.pdb").write_bytes(text.encode())
+            found = clrt.read(tmp_path / "a.pdb")
+            assert same(found.positions[:, 0], [-1.5, 0, 9])
+            assert symbols(found) == "N C O"
+            assert same(found.values["occupancy"], [1, 1, 1])
+            assert same(found.values["b_factor"], [10, 0, 10])

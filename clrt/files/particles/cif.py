@@ -1,9 +1,10 @@
 """CIF and mmCIF, parsed by gemmi (https://gemmi.readthedocs.io), the extra clrt[mol]: molecules
 (atom_site in angstroms), crystals (in parts of the cell) and ligands (chem_comp_atom)."""
 
+from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -119,23 +120,17 @@ def _cell(block: Any, gemmi: Any) -> Array | None:
 def _numbers(words: Any, gemmi: Any) -> Array:
     """(n,), NaN where a file has ? or a dot. Figures in brackets are how uncertain one is."""
     try:
-        return np.array(list(words), np.float64)
+        return np.fromiter(map(float, words), np.float64, len(words))
     except ValueError:
         return np.array([gemmi.cif.as_number(word) for word in words], np.float64)
 
 
 def _text(words: Any, gemmi: Any) -> Array:
     """(n,) of kind S; "" where a file has ? or a dot."""
-    kept: dict[str, bytes] = {}
-    return np.array(
-        [
-            kept[word]
-            if word in kept
-            else kept.setdefault(word, gemmi.cif.as_string(word).encode())
-            for word in words
-        ],
-        "S",
-    )
+    kinds = defaultdict[str, int](count().__next__)  # each new word gets the next number
+    which = np.fromiter(map(kinds.__getitem__, words), np.intp, len(words))
+    found: Array = np.array([gemmi.cif.as_string(word).encode() for word in kinds], "S")[which]
+    return found
 
 
 def _macromolecule(block: Any, gemmi: Any) -> tuple[dict[str, Array], Array, Array]:
