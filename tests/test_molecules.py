@@ -448,6 +448,28 @@ def test_a_topology_and_a_trajectory(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert same(np.rint(found[0].cell), np.diag([10, 20, 30]))
 
 
+@pytest.mark.parametrize("atoms", [3, 30])
+def test_a_trajectory_of_gromacs_that_is_cut_short(tmp_path: Path, atoms: int) -> None:
+    mda = pytest.importorskip("MDAnalysis")
+    row = "{0:5}SOL     OW{0:5}   1.000   1.000   1.000\n"
+    rows = "".join(row.format(i + 1) for i in range(atoms))
+    (tmp_path / "a.gro").write_text(f"title\n{atoms}\n{rows}   4.0   4.0   4.0\n")
+    universe = mda.Universe(str(tmp_path / "a.gro"))
+    with mda.Writer(str(tmp_path / "a.xtc"), atoms) as writer:
+        for _ in range(3):
+            universe.atoms.positions = np.random.default_rng(1).uniform(0, 40, (atoms, 3))
+            writer.write(universe.atoms)
+    whole = (tmp_path / "a.xtc").read_bytes()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", clrt.ParticleWarning)
+        assert len(list(clrt.read_frames([tmp_path / "a.gro", tmp_path / "a.xtc"]))) == 3
+    assert not [one for one in caught if "cut" in str(one.message)]
+    (tmp_path / "b.xtc").write_bytes(whole[:-9])
+    with pytest.warns(clrt.ParticleWarning, match="b.xtc: frame 2 is cut short: there are 2 whole"):
+        found = list(clrt.read_frames([tmp_path / "a.gro", tmp_path / "b.xtc"]))
+    assert len(found) == 2
+
+
 @pytest.mark.parametrize(
     ("field", "decimals", "is_exact"),
     [

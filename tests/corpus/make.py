@@ -2,8 +2,8 @@
 """Writes the files of this folder, each by the program that users have it from.
 
     python -m venv /tmp/corpus
-    /tmp/corpus/bin/pip install ase==3.29.0 gsd==5.0.1 ovito==3.17.2 pyvista==0.49.1 \\
-        trimesh==5.2.0 vtk==9.7.2
+    /tmp/corpus/bin/pip install ase==3.29.0 gemmi==0.7.5 gsd==5.0.1 MDAnalysis==2.11.0 \\
+        ovito==3.17.2 pyvista==0.49.1 trimesh==5.2.0 vtk==9.7.2
     /tmp/corpus/bin/python tests/corpus/make.py
 
 expected.toml says what each must give; tests/test_corpus.py reads both. A function here writes the
@@ -38,6 +38,46 @@ def ase(folder: Path) -> None:
     write(folder / "ase.pdb", atoms)
     write(folder / "ase.vasp", atoms, format="vasp")
     write(folder / "ase.data", atoms, format="lammps-data", atom_style="charge", masses=True)
+
+
+def gemmi(folder: Path) -> None:
+    import gemmi
+
+    structure, model = gemmi.Structure(), gemmi.Model(1)
+    structure.name, structure.cell = "corpus", gemmi.UnitCell(40, 50, 60, 90, 90, 90)
+    for name, residue, number, chain, element, at, speed in zip(
+        ("N", "CA", "ZN", "O"), ("GLY", "GLY", "ZN", "HOH"), (1, 1, 2, 3), "AABB",
+        ("N", "C", "Zn", "O"), AT, SPEED, strict=True,
+    ):  # fmt: skip
+        if chain not in [one.name for one in model]:
+            model.add_chain(chain)
+        if not model[chain] or model[chain][-1].seqid.num != number:
+            new = gemmi.Residue()
+            new.name, new.seqid = residue, gemmi.SeqId(number, " ")
+            new.het_flag = "A" if residue == "GLY" else "H"
+            model[chain].add_residue(new)
+        atom = gemmi.Atom()
+        atom.name, atom.element, atom.b_iso = name, gemmi.Element(element), abs(speed)
+        atom.pos = gemmi.Position(*at)
+        model[chain][-1].add_atom(atom)
+    structure.add_model(model)
+    structure.setup_entities()
+    structure.assign_label_seq_id()
+    structure.make_mmcif_document().write_file(str(folder / "gemmi.cif"))
+    structure.write_pdb(str(folder / "gemmi.pdb"))
+
+
+def mdanalysis(folder: Path) -> None:
+    import MDAnalysis
+
+    names, residues = ["OW", "HW1", "HW2", "CA"], ["SOL", "GLY"]
+    universe = MDAnalysis.Universe.empty(4, 2, atom_resindex=[0, 0, 0, 1], trajectory=True)
+    for key, given in (("name", names), ("resname", residues), ("resid", [1, 2])):
+        universe.add_TopologyAttr(key, given)
+    universe.atoms.positions = AT
+    universe.dimensions = [40, 50, 60, 90, 90, 90]
+    for suffix in ("gro", "pdb"):
+        universe.atoms.write(folder / f"mdanalysis.{suffix}")
 
 
 def gsd(folder: Path) -> None:
@@ -119,7 +159,7 @@ def numpy(folder: Path) -> None:
 
 
 def main() -> None:
-    for make in (ase, gsd, trimesh, pyvista, vtk, ovito, numpy):
+    for make in (ase, gemmi, mdanalysis, gsd, trimesh, pyvista, vtk, ovito, numpy):
         if len(sys.argv) == 1 or make.__name__ in sys.argv[1:]:
             make(HERE)
 

@@ -3,9 +3,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from clrt.errors import RequestError, SceneError
-from clrt.files.particles import objects
+from clrt.files.particles import objects, rules
 from clrt.files.particles.suffix import PLACES
 from clrt.particles.particles import Particles
 
@@ -35,6 +36,8 @@ class Universe:
                 raise SceneError(f"{path}: no such file")
         self.source = str(paths[1])
         self.universe = MDAnalysis.Universe(*map(str, paths))
+        trajectory = self.universe.trajectory
+        self._count = len(trajectory) - _lost(getattr(trajectory, "readers", [trajectory])[-1])
 
     def frame(self, k: int) -> Particles | None:
         """Frame k, or None after the last one."""
@@ -44,7 +47,40 @@ class Universe:
         return objects.of_atoms(self.universe.atoms, self.source)
 
     def count(self) -> int:
-        return len(self.universe.trajectory)
+        return self._count
 
     def close(self) -> None:
         self.universe.trajectory.close()
+
+
+def _lost(reader: Any) -> int:
+    """How many of the frames that MDAnalysis counts in an .xtc file are cut short, which is one at
+    most, the last. It says nothing of it, nor of one that it does not count, which a warning does.
+
+    https://manual.gromacs.org/current/reference-manual/file-formats.html#xtc
+    """
+    offsets = getattr(getattr(reader, "_xdr", None), "offsets", None)
+    path = Path(reader.filename)
+    if path.suffix.lower() != ".xtc" or offsets is None or not len(offsets):
+        return 0
+    last, size = int(offsets[-1]), path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(last)
+        head = file.read(96)
+    magic, atoms = (int.from_bytes(head[at : at + 4], "big") for at in (0, 4))
+    if atoms <= FEW:
+        end = last + 56 + 12 * atoms
+    else:
+        wide = 8 if magic == WIDE else 4  # bytes that count those of the compressed places
+        end = last + 88 + wide + -(-int.from_bytes(head[88 : 88 + wide], "big") // 4) * 4
+    lost = int(end > size)
+    if end != size:
+        whole = len(offsets) - lost
+        rules.say(str(path), f"frame {whole} is cut short: there are {whole} whole frames")
+    return lost
+
+
+FEW = 9
+"""Atoms, at most, whose places .xtc files do not compress."""
+WIDE = 2023
+"""How a frame of an .xtc file begins whose size has 8 bytes; that of others has 4."""
