@@ -251,6 +251,8 @@ def test_formats_and_styles_are_listed() -> None:
         (["--zoom", "0"], "--zoom: expected a finite number above 0, got 0"),
         (["--center", "1,2"], "--center: expected three numbers, as 1,1,0, got '1,2'"),
         (["--replicate", "2", "2", "0"], "--replicate: expected three whole numbers from 1"),
+        (["--replicate", "1000", "1000", "1000"], "images in all"),
+        (["--view", "0,0,0"], "three numbers, not all 0, as 1,1,0"),
         (["--replicate", "2", "2", "2"], "a.npz: --replicate: expected particles in a box"),
         (["--style", "sofft"], "--style: expected one of soft, matte, outline, mirror, got"),
         (["--projection", "persp"], "--projection: expected orthographic or perspective, got"),

@@ -52,7 +52,7 @@ def direction(given: str | Sequence[float], key: str = "view") -> Vec3:
     found = three(given)
     if found is None or not any(found):
         near = did_you_mean(given, VIEWS) if isinstance(given, str) else ""
-        expected = f"one of {', '.join(VIEWS)} or three numbers, as 1,1,0"
+        expected = f"one of {', '.join(VIEWS)} or three numbers, not all 0, as 1,1,0"
         raise RequestError(f"{key}: expected {expected}, got {given!r}{near}")
     return found
 

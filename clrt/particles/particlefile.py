@@ -80,7 +80,8 @@ def coloring(struct: Any) -> None:
         good = len(counts) == 3 and min(counts) >= 1 and math.prod(counts) <= MOST_IMAGES
     except TypeError:
         counts, good = (), False
-    require(good, "replicate", "three whole numbers from 1", struct.replicate)
+    most = f"three whole numbers from 1, at most {MOST_IMAGES:,} images in all"
+    require(good, "replicate", most, struct.replicate)
     force_setattr(struct, "replicate", counts)
     if isinstance(struct.radius, Mapping):
         radii = {_key(key): one for key, one in struct.radius.items()}
