@@ -1,5 +1,6 @@
 """The command line, inside this process and as a real one."""
 
+import math
 import re
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from PIL import Image
 
 import clrt
 from clrt.commands.cli import main
+from clrt.commands.terminal import Progress
 from clrt.files import image
 from clrt.storage import folder
 
@@ -325,3 +327,10 @@ def test_every_process_makes_the_same_bytes(tmp_path: Path) -> None:
 def test_help_has_examples(run) -> None:
     for words in ([], ["render"], ["compare"]):
         assert "Examples:" in run(*words, "--help").stdout
+
+
+@pytest.mark.parametrize("on_a_terminal", [True, False])
+def test_bars_are_for_terminals(monkeypatch: pytest.MonkeyPatch, on_a_terminal: bool) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: on_a_terminal, raising=False)
+    assert (Progress(9, quiet=False).due < math.inf) == on_a_terminal
+    assert Progress(9, quiet=True).due == math.inf

@@ -148,7 +148,7 @@ def animate(
         good = _good(rendered, faults)
         with (
             closing(rendered),
-            tqdm(good, total=len(due), unit="frame", disable=quiet, leave=False) as bar,
+            tqdm(good, total=len(due), unit="frame", disable=quiet or None, leave=False) as bar,
         ):
             if pattern:
                 # They do not say which command: by any one they are the same.

@@ -52,7 +52,7 @@ def encode(
         image.check_apart(output, numbered.picture(pattern, k))
     with (
         closing(numbered.films(pattern, chosen)) as films,
-        tqdm(films, total=len(chosen), unit="frame", disable=quiet, leave=False) as bar,
+        tqdm(films, total=len(chosen), unit="frame", disable=quiet or None, leave=False) as bar,
     ):
         videos.save(output, bar, fps, video.crf)
     if not quiet:

@@ -1,6 +1,7 @@
 """Terminal: lines and progress bars on stderr."""
 
 import math
+import sys
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Self
@@ -18,12 +19,13 @@ def say(text: str) -> None:
 
 
 class Progress:
-    """A bar of tqdm's on stderr, for work that takes longer than it takes to import tqdm."""
+    """A bar of tqdm's on a terminal, for work that takes longer than it takes to import tqdm."""
 
     def __init__(self, rows: int, quiet: bool) -> None:
         self.total = rows
         self.done = 0
-        self.due = math.inf if quiet else time.perf_counter() + 0.3
+        shown = sys.stderr.isatty() and not quiet
+        self.due = time.perf_counter() + 0.3 if shown else math.inf
         self.bar: tqdm[Any] | None = None
 
     def __enter__(self) -> Self:
