@@ -4,6 +4,7 @@ oclgrind --data-races --uninitialized .venv/bin/python tests/small_pictures.py [
 """
 
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -23,7 +24,9 @@ WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lane
 REGION = (3, 1, 36, 3)
 
 
-def untried(device: cl.Device, source: str, wanted: list[Features], waiting: Any) -> list[bytes]:
+def untried(
+    device: cl.Device, source: str, wanted: Sequence[Features], waiting: Any
+) -> list[bytes]:
     """Programs without their trials, which a checker would watch for as long as ten pictures."""
     context = cl.Context([device])
     return [
