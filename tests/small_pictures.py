@@ -4,9 +4,8 @@ oclgrind --data-races --uninitialized .venv/bin/python tests/small_pictures.py [
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
 import pyopencl as cl
@@ -25,7 +24,10 @@ REGION = (3, 1, 36, 3)
 
 
 def untried(
-    device: cl.Device, source: str, wanted: Sequence[Features], waiting: Any
+    device: cl.Device,
+    source: str,
+    wanted: Sequence[Features],
+    waiting: Callable[[float], object] | None = None,
 ) -> list[bytes]:
     """Programs without their trials, which a checker would watch for as long as ten pictures."""
     context = cl.Context([device])

@@ -220,7 +220,8 @@ class Engine:
             }
             every = dict.fromkeys(features for some in needed.values() for features in some)
             try:
-                self._make([features for features in every if features not in self._programs])
+                if missing := [features for features in every if features not in self._programs]:
+                    self._make(missing)
             except DeviceError as error:
                 narrower = [n for n in LANES if n < self.lanes]
                 if not narrower or isinstance(error, LinkError):
