@@ -170,11 +170,9 @@ def made(
     Raises:
         DeviceError: one has not. The message says why, as the end of a sentence.
     """
-    from clrt.renderer import trial
-
     found = devices()
     if device not in found or not sys.executable:  # a part of a device; Python inside a program
-        return [trial.try_here(device, source, features) for features in wanted]
+        return [_made_here(device, source, features) for features in wanted]
     index, name = found.index(device), identity(device)
     jobs = [msgspec.json.encode(Job(source, features, name, index)) for features in wanted]
     with _making:
@@ -184,9 +182,16 @@ def made(
             answers = [(ELSEWHERE, b"")] * len(jobs)
     return [
         # Elsewhere is an emulator that does not emulate what it starts.
-        trial.try_here(device, source, features) if status == ELSEWHERE else body
+        _made_here(device, source, features) if status == ELSEWHERE else body
         for features, (status, body) in zip(wanted, answers, strict=True)
     ]
+
+
+def _made_here(device: "cl.Device", source: str, features: Features) -> bytes:
+    """In this process. Only who tries a program imports the truth that it is held against."""
+    from clrt.renderer import trial
+
+    return trial.try_here(device, source, features)
 
 
 def _answers(
@@ -275,15 +280,13 @@ def _bound_time() -> None:
 
 
 def _tried(job: Job) -> tuple[int, bytes]:
-    from clrt.renderer import trial
-
     try:
         found = devices(threads=1)
         if job.index >= len(found) or identity(found[job.index]) != job.device:
             return ELSEWHERE, b""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return 0, trial.try_here(found[job.index], job.source, job.features)
+            return 0, _made_here(found[job.index], job.source, job.features)
     except DeviceError as error:
         return FAILED, str(error).encode()
 
