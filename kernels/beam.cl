@@ -151,7 +151,7 @@ static bool nearest_in_beam(const Tree *tree, Hit *found, Ray ray, ints on, bool
 static Hit nearest_in_tree(const Tree *tree, Hit hit, Ray ray, ints on, bool common) {
     if (LANES > 1 && nearest_in_beam(tree, &hit, ray, on, common)) return hit;
     __private reals distances[1] = {hit.distance};
-    __private ints spheres[1] = {hit.sphere};
+    __private ints spheres[1] = {hit.id};
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(on); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);
@@ -159,7 +159,7 @@ static Hit nearest_in_tree(const Tree *tree, Hit hit, Ray ray, ints on, bool com
         nearest_single(tree, &single, EACH_REAL(distances) + i, EACH_INT(spheres) + i);
     }
     hit.distance = distances[0];
-    hit.sphere = spheres[0];
+    hit.id = spheres[0];
     return hit;
 }
 

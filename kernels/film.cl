@@ -40,7 +40,7 @@ typedef struct {
     Vector color;
     reals alpha;  // 1 where the camera sees a sphere, else 0
     ints path;    // a hash of what was met
-    ints sphere;  // FILM_PASSES: what the camera sees first, how far away, and its normal
+    ints id;      // FILM_PASSES: what the camera sees first, how far away, and its normal
     reals depth;
     Vector normal;
 } Sample;
@@ -78,7 +78,7 @@ typedef Sample Exposure;
 
 // A packet's pixels as this film has them.
 static Exposure exposure_of(Sample sample) {
-    ints seen = sample.sphere >= 0;
+    ints seen = sample.id >= 0;
     sample.depth = PICK(seen, sample.depth, INFINITY);
     sample.normal = pick3(seen, sample.normal, vector(0, 0, 0));
     return sample;
@@ -86,13 +86,13 @@ static Exposure exposure_of(Sample sample) {
 
 // Stores a row of the packet, as many of its pixels as `count`.
 static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
-    __private const INTEGER *spheres = EACH_INT(exposure.sphere) + row * ROW;
+    __private const INTEGER *ids = EACH_INT(exposure.id) + row * ROW;
     __private const real *depths = EACH_REAL(exposure.depth) + row * ROW;
     __private const real *normals = EACH_REAL(exposure.normal) + row * ROW;
     for (int i = 0; i < ROW && i < count; i++) {
         pixels[i].depth = depths[i];
         for (int axis = 0; axis < 3; axis++) pixels[i].normal[axis] = normals[axis * LANES + i];
-        pixels[i].id = spheres[i];
+        pixels[i].id = ids[i];
     }
 }
 

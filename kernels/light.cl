@@ -6,7 +6,7 @@ static Vector shaded(const Scene *scene, const Path *path, const Place *place, i
     int s;
     Vector light = vector(0, 0, 0), own = vector(1, 1, 1);
     if (TREE) {
-        if (SPHERE_COLORS) own = colors_of(scene->sphere_colors, path->hit.sphere);
+        if (SPHERE_COLORS) own = colors_of(scene->sphere_colors, path->hit.id);
         FOR_EACH_OF(s, mine, PICK_INT(on, place->material, -1)) {
             light = pick3(mine, blinn_phong(row + s, diffuse, specular, own), light);
         }
@@ -14,7 +14,7 @@ static Vector shaded(const Scene *scene, const Path *path, const Place *place, i
         int material = scene->spheres[place->common].material;
         if (SPHERE_COLORS) own = color_of(scene->sphere_colors, place->common);
         light = blinn_phong(row + material, diffuse, specular, own);
-        ints lit_sphere = PICK_INT(on, path->hit.sphere, -1);
+        ints lit_sphere = PICK_INT(on, path->hit.id, -1);
         FOR_OTHER_HITS(s, mine, lit_sphere, place->common) {
             if (SPHERE_COLORS) own = color_of(scene->sphere_colors, s);
             Vector other = blinn_phong(row + scene->spheres[s].material, diffuse, specular, own);

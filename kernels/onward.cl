@@ -25,10 +25,10 @@ typedef struct {
 static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
     Vector albedo = place->surface.diffuse;
     if (!SPHERE_COLORS) return albedo;
-    if (TREE) return times(albedo, colors_of(scene->sphere_colors, path->hit.sphere));
+    if (TREE) return times(albedo, colors_of(scene->sphere_colors, path->hit.id));
     int s;
     Vector own = color_of(scene->sphere_colors, place->common);
-    FOR_OTHER_HITS(s, mine, path->hit.sphere, place->common) {
+    FOR_OTHER_HITS(s, mine, path->hit.id, place->common) {
         own = pick3(mine, color_of(scene->sphere_colors, s), own);
     }
     return times(albedo, own);
@@ -97,8 +97,8 @@ static ints turn_at_glass(const Scene *scene, Path *path, Place *place, Vector o
         return mirrors & (path->weight > 0);
     }
     Inside after = path->ray.inside;
-    ints lacks_room = enter(&after, entering, path->hit.sphere, surface.order, surface.ior);
-    leave(&after, place->out, path->hit.sphere);
+    ints lacks_room = enter(&after, entering, path->hit.id, surface.order, surface.ior);
+    leave(&after, place->out, path->hit.id);
     Vector normal = pick3(place->out, scaled(surface.normal, -1), surface.normal);
     Refraction bent =
         refracted(path->ray.direction, normal, medium_of(path->ray.inside), medium_of(after));
@@ -151,10 +151,10 @@ static void go_on(const Scene *scene, Path *path, ints alive) {
     path->hit = first_hit(scene, path->ray, alive, false);
     if (NEST && ANY(alive & (path->ray.inside.layers[0].sphere != 0))) {
         path->hit = first_side(scene, path->hit, path->ray);
-        path->hit.sphere = PICK_INT(alive, path->hit.sphere, -1);
+        path->hit.id = PICK_INT(alive, path->hit.id, -1);
     }
     if (BACKGROUND) {
-        ints gone = alive & (path->hit.sphere < 0);
+        ints gone = alive & (path->hit.id < 0);
         if (INDIRECT) gone &= !path->scattered;
         Vector seen = along(path->color, path->weight, splat(scene->background));
         path->color = pick3(gone, seen, path->color);

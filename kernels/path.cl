@@ -117,7 +117,7 @@ static Surface surface_in_list(const Scene *scene, Path *path) {
     Surface surface =
         surface_at(path->point, scene->spheres + common, scene->materials, scene->glass + common);
     path->ray.all_leave = common;
-    FOR_OTHER_HITS(s, mine, path->hit.sphere, common) {
+    FOR_OTHER_HITS(s, mine, path->hit.id, common) {
         Surface other =
             surface_at(path->point, scene->spheres + s, scene->materials, scene->glass + s);
         surface = pick_surface(mine, other, surface);
@@ -130,10 +130,10 @@ static Surface surface_in_list(const Scene *scene, Path *path) {
 // TREE: the surfaces that paths have hit in the tree and in the list beside it. material: their indices.
 static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
     Surface surface =
-        surface_of_beads(path->point, path->hit.sphere, scene->beads, scene->materials_of,
+        surface_of_beads(path->point, path->hit.id, scene->beads, scene->materials_of,
                          scene->materials, scene->glass, scene->shadow_bias, material);
     for (int s = 0; s < scene->sphere_count; s++) {
-        ints mine = path->hit.sphere == scene->ids[s];
+        ints mine = path->hit.id == scene->ids[s];
         if (!ANY(mine)) continue;
         Surface other = surface_at(path->point, scene->spheres + s, scene->materials,
                                    scene->glass + (NEST ? scene->ids[s] : 0));
@@ -145,7 +145,7 @@ static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
 // The place where paths are; their rays' origin is moved there.
 static Place arrive(const Scene *scene, Path *path) {
     Place place = {{{0}}};
-    path->ray.leaves = path->hit.sphere;
+    path->ray.leaves = path->hit.id;
     path->draw.bounce = path->depth - 1;
     place.common = path->hit.common;
     if (TREE) {
@@ -155,8 +155,8 @@ static Place arrive(const Scene *scene, Path *path) {
     }
     Vector normal = place.surface.normal;
     path->ray.origin = along(path->point, scene->shadow_bias, normal);
-    place.shown = path->hit.sphere >= 0;
-    if (PATHS) path->hash = FOLLOWED(place.shown, path->hash, path->hit.sphere + 1);
+    place.shown = path->hit.id >= 0;
+    if (PATHS) path->hash = FOLLOWED(place.shown, path->hash, path->hit.id + 1);
     if (PHONG) {
         place.phong = place.surface.exponent < 0;
         place.surface.exponent = PICK(place.phong, -place.surface.exponent, place.surface.exponent);
@@ -165,7 +165,7 @@ static Place arrive(const Scene *scene, Path *path) {
     }
     place.missed = 1;
     if (NEST) {
-        place.out = place.shown & is_inside(path->ray, path->hit.sphere);
+        place.out = place.shown & is_inside(path->ray, path->hit.id);
         place.shown &= !place.out;
     }
     return place;

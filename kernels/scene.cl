@@ -53,7 +53,7 @@ static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common) {
         return nearest_in_tree(&scene->tree, hit, ray, on, common);
     }
     Hit hit = nearest(ray, scene->spheres, scene->sphere_count);
-    hit.sphere = PICK_INT(on, hit.sphere, -1);
+    hit.id = PICK_INT(on, hit.id, -1);
     return hit;
 }
 

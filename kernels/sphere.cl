@@ -148,7 +148,7 @@ static reals smaller_root(Quadratic q) {
 
 // What nearest() and visible() find in each lane.
 typedef struct {
-    ints sphere;     // the index of the sphere hit first; -1: none
+    ints id;         // of what is hit first; -1: nothing
     reals distance;  // in units of the ray's direction
     int common;      // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
@@ -163,7 +163,7 @@ static Hit no_hit(void) {
 // list counts.
 static Hit closer(Hit hit, ints candidates, reals distance, int s) {
     ints mask = candidates & (distance < hit.distance);
-    hit.sphere = PICK_INT(mask, s, hit.sphere);
+    hit.id = PICK_INT(mask, s, hit.id);
     hit.distance = PICK(mask, distance, hit.distance);
     if (ANY(mask)) hit.common = s;
     return hit;

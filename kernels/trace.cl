@@ -6,7 +6,7 @@ static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
     Vector from_eye = minus(path->point, splat(scene->camera->eye));
     if (!TREE) normal = in_world(scene->camera, normal.x, normal.y, normal.z);
     Sample sample = {{0}};
-    sample.sphere = path->hit.sphere;
+    sample.id = path->hit.id;
     sample.depth = dot3(from_eye, path->ray.direction) * scene->camera->unit;
     sample.normal = normal;
     return sample;
@@ -15,11 +15,11 @@ static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
 // Traces the paths through a packet of pixels to their ends: their colours, and whether they show a sphere.
 static Sample traced(const Scene *scene, Pixels at, Draw draw) {
     Path path = from_camera(scene, at, draw);
-    reals alpha = PICK(path.hit.sphere >= 0, 1, 0);
+    reals alpha = PICK(path.hit.id >= 0, 1, 0);
     Aside aside[MAX_ASIDE];
     Splits splits = {0, path.weight > 0, 0};
     Vector first_normal = vector(0, 0, 0);
-    for (path.depth = 1; splits.count > 0 || ANY(path.hit.sphere >= 0); path.depth++) {
+    for (path.depth = 1; splits.count > 0 || ANY(path.hit.id >= 0); path.depth++) {
         Place place = arrive(scene, &path);
         first_normal = place.surface.normal;
         if (FILM_PASSES) break;

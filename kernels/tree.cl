@@ -145,10 +145,9 @@ static uint lane_bits(ints mask) {
 // TREE: sphere `id` of the scene's list where it is met nearer than what was hit before. Of equal
 // distances the first sphere of the list counts.
 static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
-    ints mask =
-        met & ((distance < hit.distance) | ((distance == hit.distance) & (id < hit.sphere)));
+    ints mask = met & ((distance < hit.distance) | ((distance == hit.distance) & (id < hit.id)));
     hit.distance = PICK(mask, distance, hit.distance);
-    hit.sphere = PICK_INT(mask, id, hit.sphere);
+    hit.id = PICK_INT(mask, id, hit.id);
     return hit;
 }
 
