@@ -8,20 +8,22 @@ from typing import Any
 
 import click
 
+from clrt.commands.groups import Grouped
 from clrt.commands.loading import opened
 from clrt.commands.options import (
-    PARTICLE_KEYS,
-    Grouped,
     RenderingOptions,
     VideoOptions,
     film_options,
-    only_for_particles,
-    particle_options,
-    reading_options,
     rendering_options,
     shard_of,
     stem_of,
     video_options,
+)
+from clrt.commands.particles import (
+    PARTICLE_KEYS,
+    only_for_particles,
+    particle_options,
+    reading_options,
 )
 from clrt.commands.terminal import say
 from clrt.errors import ClrtError, FrameError, RequestError, SceneError, called, named

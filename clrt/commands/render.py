@@ -8,18 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from clrt.commands.groups import Grouped
 from clrt.commands.loading import changed, opened
 from clrt.commands.options import (
-    PARTICLE_KEYS,
-    Grouped,
     RenderingOptions,
     film_options,
-    only_for_particles,
-    particle_options,
-    reading_options,
     rendering_options,
     scene_options,
     stem_of,
+)
+from clrt.commands.particles import (
+    PARTICLE_KEYS,
+    only_for_particles,
+    particle_options,
+    reading_options,
 )
 from clrt.commands.terminal import Progress, say
 from clrt.errors import RequestError, SceneError, called, named

@@ -6,15 +6,14 @@ from typing import Any
 
 import click
 
+from clrt.commands.groups import Grouped
 from clrt.commands.loading import changed
-from clrt.commands.options import (
+from clrt.commands.options import RenderingOptions, rendering_options
+from clrt.commands.particles import (
     PARTICLE_KEYS,
-    Grouped,
-    RenderingOptions,
     only_for_particles,
     particle_options,
     reading_options,
-    rendering_options,
 )
 from clrt.commands.terminal import say
 from clrt.errors import RequestError, called

@@ -1,0 +1,157 @@
+"""Options of commands that draw particles: how these are read, and how they are drawn."""
+
+import re
+from typing import Any
+
+import click
+
+from clrt.commands.groups import CLIM_WORDS, group
+from clrt.errors import RequestError
+
+
+def _by_kind(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    """One value for all, or A=X,B=Y; commas in brackets part nothing."""
+    if text is None or "=" not in text:
+        return text
+    pairs = re.findall(r"([^=]+)=((?:[^,(]|\([^)]*\))*)(?:,|$)", text)
+    if "".join(f"{key}={value}," for key, value in pairs).rstrip(",") != text.rstrip(","):
+        raise click.BadParameter(f"expected A=X,B=Y, got {text!r}")
+    return {key.strip(): value.strip() for key, value in pairs}
+
+
+def _radius(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    found = _by_kind(context, option, text)
+    try:
+        if isinstance(found, dict):
+            return {key: float(value) for key, value in found.items()}
+        return None if found is None else float(found)
+    except ValueError:
+        expected = "a number, or numbers of types, elements or names, as Na=1.0,Cl=1.8"
+        raise click.BadParameter(f"expected {expected}, got {text!r}") from None
+
+
+def _clim(context: click.Context, option: click.Parameter, words: Any) -> Any:
+    """--clim LO HI, or a word, which Grouped gives twice."""
+    if words is None or words[0] in CLIM_WORDS:
+        return words and words[0]
+    try:
+        return tuple(map(float, words))
+    except ValueError:
+        raise click.BadParameter(f"expected LO HI, first or all, got {' '.join(words)!r}") from None
+
+
+PARTICLE_OPTIONS = (
+    click.option("--select", metavar="EXPR", help="Only these, as 'x > 0 and chain == \"A\"'."),
+    click.option("--hide", metavar="EXPR", help="Not these, as water."),
+    click.option("--wrap", is_flag=True, help="Move particles into their box."),
+    click.option(
+        "--replicate", type=int, nargs=3, metavar="NX NY NZ", help="Images along the box's edges."
+    ),
+    click.option(
+        "--color",
+        metavar="EXPR",
+        help="file, element, type, material, or columns, as speed or 'x**2 + y**2'; default: the "
+        "first of file, element and type that there is, else steel blue.",
+    ),
+    click.option(
+        "--colors",
+        metavar="A=COLOR,...",
+        callback=_by_kind,
+        help="Of types, elements, names or texts, as Na=red,Cl=#0a0; or of all.",
+    ),
+    click.option("--cmap", metavar="NAME", help="Colour map of numbers; default: viridis."),
+    click.option(
+        "--clim",
+        nargs=2,
+        metavar="LO HI",
+        callback=_clim,
+        help="What the map's ends stand for, or of a trajectory: first, all. Default: the range, "
+        "of ten frames.",
+    ),
+    click.option(
+        "--colorbar", metavar="LABEL", help="Draw a colour bar, or a legend of kinds; '': none."
+    ),
+    click.option(
+        "--radius",
+        metavar="X|A=X,...",
+        callback=_radius,
+        help="Of all, or of types, elements, names, as Na=1.0,Cl=1.8; default: the file's, the "
+        "elements' van der Waals radii, or by the distance of neighbours.",
+    ),
+    click.option("--scale", type=float, metavar="X", help="Of all radii; default: 1."),
+    click.option("--style", metavar="NAME", help="See 'clrt styles'; default: soft."),
+    click.option("--cell", is_flag=True, help="Draw the edges of the box."),
+    click.option(
+        "--view",
+        metavar="NAME|X,Y,Z",
+        help="Where the camera stands: corner, iso, x, -x, y, -y, z, -z, or three numbers; "
+        "default: corner, of flat data z.",
+    ),
+    click.option("--up", metavar="NAME|X,Y,Z", help="What is up in the picture; default: z."),
+    click.option("--zoom", type=float, metavar="X", help="Default: 1, which holds all."),
+    click.option("--center", metavar="X,Y,Z", help="The picture's middle; default: that of all."),
+    click.option(
+        "--projection", metavar="NAME", help="orthographic or perspective; default: orthographic."
+    ),
+    click.option(
+        "--margin",
+        type=float,
+        metavar="X",
+        help="The part that stays free at each side; default: 0.03.",
+    ),
+)
+
+
+particle_options = group("drawn", dict, PARTICLE_OPTIONS)
+"""How particles are drawn: fields of clrt.figure.Look."""
+
+PARTICLE_KEYS = {
+    key: f"--{key}"
+    for key in (
+        *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
+        *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
+        *("margin", "background", "samples", "altloc", "assembly"),
+    )
+}
+"""What a key of a Look is called on the command line."""
+
+
+READING_OPTIONS = (
+    click.option(
+        "--format",
+        metavar="NAME",
+        help="Of files of particles whose names do not tell: npz, npy, csv, ply, xyz, dump, data, "
+        "pdb, cif, gsd, gro, poscar or vtk.",
+    ),
+    click.option(
+        "--altloc",
+        metavar="NAME",
+        help="Of an atom's alternate locations in .pdb and .cif: most, the most occupied, or all; "
+        "default: most.",
+    ),
+    click.option(
+        "--assembly",
+        metavar="NAME",
+        help="A biological assembly that a .pdb or .cif has, as 1; default: the atoms listed.",
+    ),
+)
+
+
+def _reading(**given: str | None) -> dict[str, str]:
+    return {key: text for key, text in given.items() if text is not None}
+
+
+reading_options = group("reading", _reading, READING_OPTIONS)
+"""How files of particles are read, where it is said: arguments of clrt.read()."""
+
+
+def only_for_particles(scene: str, **given: Any) -> None:
+    """Finds out whether one of these was given with a scene.
+
+    Raises:
+        RequestError: it was.
+    """
+    for name, value in given.items():
+        if value is not None and value is not False and value != ():
+            option = name.replace("_", "-")
+            raise RequestError(f"--{option}: expected a file of particles, {scene} is a scene")
