@@ -69,7 +69,7 @@ def _from(folder: Path, file: str) -> str:
 def _columns(spheres: Spheres) -> dict[str, Any] | None:
     """Arrays of an .npz file that are read as these spheres, to the bit; None if there are none."""
     columns = {"positions": spheres.center, "radii": spheres.radius}
-    if len(spheres.names or ()) != 1 or len(spheres) == 0:
+    if len(spheres.names or ()) != 1 or len(spheres) == 0 or spheres.opacity is not None:
         return None
     if spheres.color is None:
         return columns

@@ -36,6 +36,10 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Of the mirrored ray only, in [0, 1]: the sine of the half angle of a cone about it. Rays are
     drawn uniformly over the cone's cap; those that would go into the surface are mirrored at it."""
 
+    opacity: float = 1.0
+    """The part of its light that a surface gives, in [0, 1]. A ray goes on straight with the rest
+    of its weight. Below 1 it neither mirrors nor transmits."""
+
     def __post_init__(self) -> None:
         good = self.highlight in ("blinn-phong", "phong")
         require(good, "highlight", "'blinn-phong' or 'phong'", self.highlight)
@@ -49,6 +53,14 @@ class Material(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         number(self, "ior", "a number from 1 to 10", lambda ior: 1 <= ior <= 10)
         switches(self, "fresnel")
         number(self, "roughness", "a number from 0 to 1", lambda sine: 0 <= sine <= 1)
+        number(self, "opacity", "a number from 0 to 1", lambda part: 0 <= part <= 1)
+        for key in ("transmission", "reflection"):
+            require(
+                self.opacity == 1 or getattr(self, key) == 0,
+                "opacity",
+                f"1 beside {key}",
+                self.opacity,
+            )
 
     @property
     def is_glossy(self) -> bool:

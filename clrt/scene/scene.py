@@ -4,9 +4,10 @@ The classes mirror the scene file table by table (docs/scenes.md). They check th
 whoever makes them: a file or Python code. Lengths are in world units, colours linear RGB.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 import msgspec
+import numpy as np
 from msgspec.structs import force_setattr
 
 from clrt.particles.particlefile import STYLE_NAMES, ParticleFile
@@ -93,6 +94,16 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if wrong:
             expected = f"the name of a material ({some(self.materials)})"
             require(False, where, expected, wrong[0][1])
+        for key in translucency(self):
+            require(self.shadow_bias == 0, "shadow_bias", f"0 beside {key}", self.shadow_bias)
+            require(not self.indirect, "indirect", f"false beside {key}", self.indirect)
+            for name, one in self.materials.items():
+                where = f"materials.{name}.transmission"
+                require(one.transmission == 0, where, f"0 beside {key}", one.transmission)
+        mirrors = {name for name, one in self.materials.items() if one.reflection > 0}
+        for i in _translucent(self.spheres, mirrors):
+            expected = "1 beside reflection of its material"
+            require(False, f"spheres[{i}].opacity", expected, self.spheres[i].opacity)
 
     @property
     def is_random(self) -> bool:
@@ -129,7 +140,31 @@ def beyond_paper(scene: Scene) -> str | None:
     for name, material in scene.materials.items():
         if material.transmission > 0:
             return f"transmission of materials.{name}"
+    for key in translucency(scene):
+        return key
     return beyond_one_ray(scene) or ("samples > 1" if scene.samples > 1 else None)
+
+
+def translucency(scene: Scene) -> Iterator[str]:
+    """The keys that let surfaces be seen through."""
+    for name, material in scene.materials.items():
+        if material.opacity < 1:
+            yield f"opacity of materials.{name}"
+    for i in _translucent(scene.spheres, scene.materials):
+        yield f"opacity of spheres[{i}]"
+
+
+def _translucent(spheres: Sequence[Sphere], names: Container[str]) -> Iterator[int]:
+    """The first of the spheres of those materials that can be seen through by themselves, if there
+    is one."""
+    if not isinstance(spheres, Spheres):
+        found = [i for i, one in enumerate(spheres) if one.opacity < 1 and one.material in names]
+    elif spheres.opacity is None:
+        found = []
+    else:
+        of_them = np.array([name in names for name in spheres.names or ()], bool)
+        found = np.flatnonzero((spheres.opacity < 1) & of_them[spheres.material_index]).tolist()
+    yield from found[:1]
 
 
 def _spread_light(scene: Scene) -> Iterator[str]:

@@ -37,7 +37,8 @@ def first_rays(world: World, x: Array, y: Array) -> Rays:
         inside[:] = norm(world.camera - world.center[:, world.panes]) < world.radius[world.panes]
     pixel, nothing = np.arange(n), np.full(n, -1)
     weight, path = np.ones(n, world.dtype), np.zeros(n, np.uint32)
-    return Rays(pixel, weight, origin, direction, nothing, inside, path, 0)
+    behind = np.full(n, -np.inf, world.dtype)
+    return Rays(pixel, weight, origin, direction, nothing, inside, path, 0, behind, nothing)
 
 
 def to_camera(world: World, point: Array) -> Array:

@@ -1,6 +1,6 @@
 """Rays: those at one bounce, as arrays. A vector is an array of shape (3, n), one column a ray."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -41,12 +41,31 @@ class Rays:
     path: NDArray[np.uint32]
     """A hash of the spheres and lights that it has met."""
     bounce: int
+    behind: Array
+    """How far along each the last surface is that it went straight through; -infinity: none yet."""
+    passed: Array
+    """The sphere of that surface; -1: none."""
+
+    def turned(self) -> "Rays":
+        """Them, on a way on which they have gone through nothing yet."""
+        return replace(
+            self, behind=np.full_like(self.behind, -np.inf), passed=np.full_like(self.passed, -1)
+        )
 
     def only(self, some: Array, **changes: Array) -> "Rays":
         """The rays of a mask, each quantity as it is or as it is given."""
         kept = {
             name: changes.get(name, getattr(self, name))[..., some]
-            for name in ("pixel", "weight", "origin", "direction", "leaves", "path")
+            for name in (
+                "pixel",
+                "weight",
+                "origin",
+                "direction",
+                "leaves",
+                "path",
+                "behind",
+                "passed",
+            )
         }
         inside = changes.get("inside", self.inside)[some]
         return Rays(**kept, inside=inside, bounce=self.bounce)

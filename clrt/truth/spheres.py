@@ -28,7 +28,7 @@ def meetings(world: World, rays: Rays) -> Iterator[tuple[slice, Array, Array]]:
         root = np.sqrt(np.maximum(delta, 0))
         distance = np.where(within, -b + root, -b - root) / 2
         line = world.orthographic and rays.bounce == 0
-        met = (delta > 0) & (line | (distance > 0))
+        met = (delta > 0) & (line | (distance > 0)) & (world.opacity[some] > 0)
         if world.exact:  # the sphere that a ray leaves is met from inside only
             met &= within | (rays.leaves[:, np.newaxis] != np.arange(start, some.stop))
         distance[~met] = np.inf
@@ -36,10 +36,14 @@ def meetings(world: World, rays: Rays) -> Iterator[tuple[slice, Array, Array]]:
 
 
 def nearest(world: World, rays: Rays) -> tuple[Array, Array]:
-    """The sphere hit first, -1 if none, and its distance, infinity if none (11.5)."""
+    """The sphere hit first, -1 if none, and its distance, infinity if none (11.5): behind what each
+    ray has passed, by distance and of equal distances by number."""
     hit = np.full(rays.pixel.size, -1)
     distance = np.full(rays.pixel.size, np.inf, world.dtype)
     for some, _, distances in meetings(world, rays):
+        behind, passed = rays.behind[:, np.newaxis], rays.passed[:, np.newaxis]
+        later = passed < np.arange(some.start, some.stop)
+        distances[(distances < behind) | ((distances == behind) & ~later)] = np.inf
         first = distances.argmin(axis=1)  # of equal ones the first
         nearest = np.take_along_axis(distances, first[:, np.newaxis], axis=1)[:, 0]
         closer = nearest < distance
@@ -54,6 +58,6 @@ def clear(world: World, rays: Rays, limit: Array) -> Array:
     left = np.ones(rays.pixel.size, world.dtype)
     for some, within, distances in meetings(world, rays):
         enters = (distances < limit[:, np.newaxis]) & ~within
-        part = world.transmission[world.material[some]]
+        part = world.transmission[world.material[some]] + 1 - world.opacity[some]
         left *= np.where(enters, part, world.dtype.type(1)).prod(axis=1)
     return left

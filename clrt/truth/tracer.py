@@ -35,6 +35,7 @@ Truth: TypeAlias = Literal["seed", "exact"]
 
 CHUNK_PIXELS = 1 << 16  # pixels traced at a time: their arrays stay in the cache
 PRIME = np.uint32(16777619)
+LEAST_WEIGHT = 2.0**-10  # of a ray that has gone through something
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class Trace:
     rays: int
     """How many were cast: from the camera, to lights, reflected."""
     alpha: Array
-    """(height, width), or (n,), as the following: 1 where the camera sees a sphere, else 0."""
+    """(height, width), or (n,), as the following: 1 less the product of 1 - opacity of the spheres
+    that the camera sees, 0 where there is none."""
     depth: Array
     """How far along the camera's ray, world units; infinity where it meets none. Of an orthographic
     camera from the plane that it stands on, and negative behind it."""
@@ -108,14 +110,14 @@ def trace(
     grid_y, grid_x = grid_y.ravel(), grid_x.ravel()
     n = grid_x.size
     image, normal = np.zeros((n, 3), world.dtype), np.zeros((n, 3), world.dtype)
-    paths, sphere = np.zeros(n, np.uint32), np.full(n, -1, np.int32)
+    left, paths, sphere = np.ones(n, world.dtype), np.zeros(n, np.uint32), np.full(n, -1, np.int32)
     depth = np.full(n, np.inf, world.dtype)
     for start in range(0, n, CHUNK_PIXELS):
         chunk = slice(start, start + CHUNK_PIXELS)
-        first = First(sphere[chunk], depth[chunk], normal[chunk].T)
+        first = First(sphere[chunk], depth[chunk], normal[chunk].T, left[chunk])
         color, paths[chunk] = _paths(world, grid_x[chunk], grid_y[chunk], first)
         image[chunk] = color.T
-    alpha = (sphere >= 0).astype(world.dtype)
+    alpha = 1 - left
     if not scene.film.transparent:
         image += (1 - alpha)[:, np.newaxis] * np.array(scene.film.background, world.dtype)
     return Trace(
@@ -143,12 +145,14 @@ def mean(scene: Scene, width: int, height: int, offsets: Array) -> Array:
 
 
 class First(NamedTuple):
-    """The first surfaces that camera rays meet, to be filled in."""
+    """The first surfaces that camera rays meet, and what these leave, to be filled in."""
 
     sphere: Array
     depth: Array
     normal: Array
     """(3, n)"""
+    left: Array
+    """The product of 1 - opacity of all surfaces on their straight way."""
 
 
 def _paths(world: World, x: Array, y: Array, first: First) -> tuple[Array, NDArray[np.uint32]]:
@@ -177,9 +181,14 @@ def _segment(
     point = rays.origin + distance * rays.direction
     normal = unit(point - world.center[:, hit])
     lifted = point + world.bias * normal
+    opacity = world.opacity[hit]
     if rays.bounce == 0:
-        first.sphere[rays.pixel], first.normal[:, rays.pixel] = hit, normal
-        first.depth[rays.pixel] = dot(point - world.camera, rays.direction)
+        new = first.sphere[rays.pixel] < 0
+        pixel = rays.pixel[new]
+        first.sphere[pixel], first.normal[:, pixel] = hit[new], normal[:, new]
+        first.depth[pixel] = dot(point - world.camera, rays.direction)[new]
+        first.left[rays.pixel] *= 1 - opacity
+    gives = rays.weight * opacity
     rays.path = rays.path * PRIME + (hit + 1).astype(np.uint32)
     # A far side is not shaded.
     of_hit = world.panes == hit[:, np.newaxis]
@@ -188,7 +197,7 @@ def _segment(
     for light in world.lights:
         if isinstance(light, AmbientLight):
             reached |= ~out
-            ambient = rays.weight * surface.ambient_term(world, light, hit)
+            ambient = gives * surface.ambient_term(world, light, hit)
             color[:, rays.pixel[~out]] += ambient[:, ~out]
             continue
         to_light, far = lights.toward(world, light, lifted)
@@ -206,9 +215,13 @@ def _segment(
         rays.path = np.where(out, rays.path, rays.path * PRIME + token)
         reached |= lit
         term = surface.term(world, light, point, to_light, far, clear, normal, hit)
-        color[:, rays.pixel[lit]] += (rays.weight * cone * term)[:, lit]
+        color[:, rays.pixel[lit]] += (gives * cone * term)[:, lit]
 
-    # Where each goes on. Transmission counts on entering, total reflection takes nothing.
+    # Where each goes on: straight behind what it sees through, for as long as that matters.
+    left = rays.weight * (1 - opacity)
+    straight_on = (opacity < 1) & (left >= LEAST_WEIGHT)
+    straight = rays.only(straight_on, weight=left, behind=distance, passed=hit)
+    # Transmission counts on entering, total reflection takes nothing.
     material = world.material[hit]
     entering = ~out & (world.transmission[material] > 0)
     crossing = entering | out
@@ -225,13 +238,15 @@ def _segment(
     more = rays.bounce + 1 < world.max_depth
     goes_through = crossing & (transmitted > 0) & more
     mirrors = reached & ~out & ~(entering & total) & (mirror > 0) & more
-    ends = ~goes_through & ~mirrors
+    ends = ~goes_through & ~mirrors & ~straight_on
     path[rays.pixel[ends]] += rays.path[ends]
     rays.bounce += 1
     rays.leaves = hit
     inside = np.where(total[:, np.newaxis], rays.inside, inside)
     back = rays.direction - 2 * dot(rays.direction, normal) * normal
+    rays = rays.turned()
     return [
+        straight,
         rays.only(mirrors, weight=mirror, origin=lifted, direction=back),
         rays.only(goes_through, weight=transmitted, origin=point, direction=bent, inside=inside),
     ]

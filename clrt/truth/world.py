@@ -43,6 +43,10 @@ class World:
         self.transmission = np.array([m.transmission for m in materials], dtype)
         self.ior = np.array([m.ior for m in materials], dtype)
         self.fresnel = np.array([m.fresnel for m in materials], bool)
+        # What goes straight on. Of what is not there nothing is met.
+        self.opacity = np.array([m.opacity for m in materials], dtype)[self.material]
+        if spheres.opacity is not None:
+            self.opacity = self.opacity * spheres.opacity.astype(dtype)
         self.panes = np.flatnonzero(self.transmission[self.material] > 0)
         self.size = np.argsort(np.argsort(self.radius[self.panes], kind="stable"))
         self.background = self.column(scene.film.background)

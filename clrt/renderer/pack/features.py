@@ -12,7 +12,7 @@ from clrt.renderer.pack.world import World
 from clrt.scene import lens
 from clrt.scene.camera import Camera
 from clrt.scene.light import DirectionalLight, Shining, SpotLight
-from clrt.scene.scene import Scene, beyond_paper
+from clrt.scene.scene import Scene, beyond_paper, translucency
 
 LANES = (1, 2, 4, 8, 16)
 
@@ -115,6 +115,8 @@ def features_of(
     """
     if world.precision == "literal" and (key := beyond_paper(scene)):
         raise RequestError(f"precision: literal knows no {key}, expected robust or double")
+    for key in translucency(scene):
+        raise RequestError(f"{key}: the kernels do not know it yet, expected 1")
     seen = Features(
         lanes,
         world.precision,
