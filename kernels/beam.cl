@@ -231,7 +231,8 @@ static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector ligh
         Vector back = scaled(ray.direction, -1);
         Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
                               : beam_of(ray.origin, ray.direction, on, slack, false);
-        if (beam.width < tree->shape.wide) {
+        // Rays about a surface are wide apart, but most end near by: the budget says what pays.
+        if (beam.width < (near ? INFINITY : tree->shape.wide)) {
             real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
             if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
             if (left_by_beam(tree, &beam, end, &left, ray, distance, on, near))

@@ -26,32 +26,13 @@ static Vector shaded(const Scene *scene, const Path *path, const Place *place, i
 
 // OCCLUSION: the part of a sky that spheres leave open over some points: the mean of SKY_RAYS rays,
 // the likelier the larger their cosine. ray: from the points, its direction does not count.
-//
-// SHARES: all lanes look the same way, drawn about the normal of one of them. That way is as likely as
-// the lanes' mean cosine, so each weighs what it sees with its own cosine over that mean (the balance
-// heuristic of Veach and Guibas, 1995). It is what is hidden that is weighed: under an open sky the
-// part is 1, to the bit.
 static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw draw, int k) {
     reals hidden = 0;
     if (!ANY(on)) return 1;
     for (int i = 0; i < SKY_RAYS; i++) {
         Pair pair = drawn(draw, SKY, k, i);
-        ints looks = on;
-        reals part = 1;
         ray.direction = above_surface(normal, pair);
-        if (SHARES) {
-            uint lit = lane_bits(on), count = popcount(lit);
-            uint skip = (uint)(draw.index * SKY_RAYS + i) % count;
-            for (; skip; skip--) lit &= lit - 1;
-            __private Vector ways[1] = {ray.direction};
-            __private const real *way = (__private const real *)ways + LOWEST_BIT(lit);
-            ray.direction = vector(way[0], way[LANES], way[2 * LANES]);
-            reals cosine = dot3(normal, ray.direction);
-            looks &= cosine > 0;
-            cosine = PICK(looks, cosine, 0);
-            part = cosine * (real)count / JOIN(total, LANES)(cosine);
-        }
-        hidden += PICK(met_by(scene, ray, scene->skies[k], looks), part, 0);
+        hidden += PICK(met_by(scene, ray, scene->skies[k], on), 1, 0);
     }
     return 1 - hidden / SKY_RAYS;
 }
