@@ -639,3 +639,29 @@ def test_shapes_of_gsd(shape: dict[str, object], radius: float, said: str | None
             found = clrt.read(frame)
         assert said in str(caught[0].message)
     assert same(found.radii, [radius, 0.5])
+
+
+DUMP = """ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+1
+ITEM: BOX BOUNDS {}
+0 9
+0 9
+0 9
+ITEM: ATOMS x y z
+1 2 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.xyz", '1\nLattice="1 0 0 0 1 0 0 0 1" pbc="T F T"\nH 0 0 0\n'),
+        ("a.dump", DUMP.format("pp fs pp")),
+        ("a.lammpstrj", DUMP.format("xy xz yz pp mm pp").replace("0 9", "0 9 0")),
+    ],
+)
+def test_boxes_that_are_not_periodic(name: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    assert clrt.read(tmp_path / name).periodic == (True, False, True)

@@ -24,6 +24,7 @@ def test_arrays_and_dicts() -> None:
     assert same(found.cell, np.diag([1, 1, 2]))
     assert (found.values["speed"] == [1, 2, 3]).all()
     assert clrt.read(found) is found
+    assert same(clrt.read({"pos": POSITIONS, "bonds": [[2, 0]]}).bonds, [[2, 0]])
 
 
 def test_ases_atoms() -> None:
@@ -38,6 +39,12 @@ def test_ases_atoms() -> None:
     atoms.positions[:] = 0
     assert (found.positions == POSITIONS).all()
     assert clrt.read(ase.Atoms("H")).cell is None
+    assert found.periodic == (True, True, True)
+    atoms.pbc = (True, False, True)
+    atoms.set_array("bonds", np.array(["1(1),2(3)", "_", "_"]))  # as ase.io.lammpsdata has it
+    found = clrt.read(atoms)
+    assert same(found.bonds, [[0, 1], [0, 2]])
+    assert found.periodic == (True, False, True)
 
 
 def group(**attributes: Any) -> Object:
@@ -61,6 +68,8 @@ def test_mdanalysiss_atom_group() -> None:
     assert same(clrt.read(group(masses=masses)).elements, [8, 1, 1])
     assert same(clrt.read(group(radii=np.array([1.5, 1, 1]))).radii, [1.5, 1, 1])
     assert clrt.read(group(radii=np.zeros(3))).radii is None
+    bonded = group(bonds=Object(indices=np.array([[9, 7], [2, 9], [5, 9]])), ix=np.array([7, 9, 2]))
+    assert same(clrt.read(bonded).bonds, [[1, 0], [2, 1]])
 
 
 class Properties(dict[str, Any]):

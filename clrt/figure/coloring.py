@@ -24,8 +24,6 @@ By = Literal["file", "element", "type", "material", "one", "column", "text"]
 
 STEEL_BLUE = (70, 130, 180)
 """sRGB, of particles of which nothing is known that has a colour."""
-ANGSTROMS = {"angstrom": 1.0, "nm": 10.0, "pm": 0.01, "bohr": 0.529177210903, "m": 1e10}
-"""Of a unit of length."""
 Legend: TypeAlias = Callable[[], tuple[LegendEntry, ...]]
 
 
@@ -209,8 +207,7 @@ def _radii(
     if particles.radii is not None:
         known: Array = particles.radii
     elif particles.elements is not None:
-        unit = ANGSTROMS.get(particles.unit or "angstrom", 1.0)
-        known = elements.VAN_DER_WAALS[particles.elements] / unit
+        known = elements.VAN_DER_WAALS[particles.elements] / particles.angstroms
     else:
         spare = _spare(particles) if meaning is None or meaning.spare is None else meaning.spare
         found[left] = spare

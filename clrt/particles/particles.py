@@ -1,6 +1,6 @@
 """What a file of particles holds: positions, and what is known of each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,6 +14,9 @@ from clrt.values import Array, check_rows, did_you_mean, floats, frozen, owned, 
 
 HEAVIEST = 118
 """The largest atomic number."""
+ALONG_ALL: tuple[bool, ...] = (True, True, True)
+ANGSTROMS = {"angstrom": 1.0, "nm": 10.0, "pm": 0.01, "bohr": 0.529177210903, "m": 1e10}
+"""Of a unit of length."""
 
 
 class Particles:
@@ -34,6 +37,7 @@ class Particles:
         texts: columns of text by name, (n,) str each; none has the name of a column of values.
         bonds: (m, 2) indices of two different particles each.
         unit: that of all lengths, as "angstrom" or "nm".
+        periodic: along which edges of the box there are images of the particles.
 
     An array is kept as it is if nobody else can write to it; else it is copied.
 
@@ -55,6 +59,7 @@ class Particles:
         texts: Mapping[str, ArrayLike] | None = None,
         bonds: ArrayLike | None = None,
         unit: str | None = None,
+        periodic: Sequence[bool] = ALONG_ALL,
     ) -> None:
         self.positions: Array = floats("positions", _spatial(positions), 3)
         self.radii = None if radii is None else self._radii(radii)
@@ -78,12 +83,19 @@ class Particles:
         good = unit is None or (isinstance(unit, str) and unit != "")
         require(good, "unit", "the name of a unit of length", unit)
         self.unit = unit
+        self.periodic = tuple(map(bool, periodic))
+        require(len(self.periodic) == 3, "periodic", "three times True or False", periodic)
 
     def __len__(self) -> int:
         return len(self.positions)
 
     def __repr__(self) -> str:
         return f"Particles(n={len(self)}, columns={list(self.values)})"
+
+    @property
+    def angstroms(self) -> float:
+        """Of the unit of all lengths, as far as radii of elements need it: 1 if it is unknown."""
+        return ANGSTROMS.get(self.unit or "angstrom", 1.0)
 
     @property
     def columns(self) -> Mapping[str, Array | Text]:

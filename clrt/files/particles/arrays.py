@@ -67,7 +67,9 @@ def of_mapping(arrays: Mapping[str, ArrayLike], source: str) -> Particles:
     cell, origin = columns.take("cell", ndim=0), columns.take("origin", ndim=0)
     if cell is not None and cell.shape == (3,):
         cell = np.diag(cell)
-    return particles(columns.left, source, cell, (0.0, 0.0, 0.0) if origin is None else origin)
+    bonds = columns.take("bonds", ndim=2)
+    corner = np.zeros(3) if origin is None else origin
+    return particles(columns.left, source, cell, corner, bonds=bonds)
 
 
 def _array(given: ArrayLike, source: str) -> Array:

@@ -3,7 +3,7 @@
 All that is read passes here, so that the same is left out of every format, and said.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,7 +33,7 @@ from clrt.files.particles.naming import (
 )
 from clrt.files.particles.text import is_number
 from clrt.particles import elements
-from clrt.particles.particles import Particles, bonds_among
+from clrt.particles.particles import ALONG_ALL, Particles, bonds_among
 from clrt.values import Array, RowError, frozen, some
 
 # Of text columns: those that cannot hold names, and those that hold names or whole numbers, which
@@ -114,6 +114,7 @@ def particles(
     *,
     bonds: ArrayLike | None = None,
     unit: str | None = None,
+    periodic: Sequence[bool] = ALONG_ALL,
 ) -> Particles:
     """Particles of columns of numbers or names.
 
@@ -124,7 +125,7 @@ def particles(
         source: the file's name, for messages.
         type_names: those that a column of types counts.
         line_of: the line of a row, for errors; None: rows are named.
-        bonds, unit: as Particles has them.
+        bonds, unit, periodic: as Particles has them.
 
     Particles without a finite position, and those whose radius is 0 or not finite, are left out.
     Warnings (ParticleWarning) count them, and name whatever is not used.
@@ -169,6 +170,7 @@ def particles(
             if mask is None or bonds is None
             else bonds_among(np.asarray(bonds).reshape(-1, 2), mask),
             unit,
+            periodic,
         )
     except RowError as error:
         if error.row is None or error.key == "bonds" or line_of is None:

@@ -3,6 +3,7 @@
 https://docs.lammps.org/dump.html and https://docs.lammps.org/Howto_triclinic.html
 """
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from clrt.files.particles import rules
 from clrt.files.particles.columns import kind_of, particles
 from clrt.files.particles.text import Column, Lines, is_number, table
-from clrt.particles.particles import Particles
+from clrt.particles.particles import ALONG_ALL, Particles
 from clrt.values import Array, frozen
 
 AHEAD = "ITEM: "
@@ -33,6 +34,7 @@ class Header(NamedTuple):
     cell: Array | None
     origin: Array
     units: str | None
+    periodic: tuple[bool, ...]
 
 
 def skip(lines: Lines) -> None:
@@ -65,11 +67,19 @@ def read(lines: Lines) -> Particles:
             read["positions"] = frozen(positions)
             break
     unit = LENGTHS.get(header.units or "")
-    return particles(read, str(lines.path), cell, origin, line_of=line_of, unit=unit)
+    return particles(
+        read,
+        str(lines.path),
+        cell,
+        origin,
+        line_of=line_of,
+        unit=unit,
+        periodic=header.periodic,
+    )
 
 
 def _header(lines: Lines) -> Header:
-    rows, cell, origin, units = None, None, np.zeros(3), None
+    rows, cell, origin, units, periodic = None, None, np.zeros(3), None, ALONG_ALL
     while True:
         line = lines.filled_line()
         if line is None or not line.startswith(AHEAD):
@@ -81,6 +91,8 @@ def _header(lines: Lines) -> Header:
             rows = lines.count(lines.line())
         elif item.startswith("BOX BOUNDS"):
             cell, origin = _box(lines, item)
+            flags = [word for word in item.split() if re.fullmatch("[pfsm]{2}", word)]
+            periodic = tuple(flag == "pp" for flag in flags) if len(flags) == 3 else ALONG_ALL
         elif item in SKIPPED:
             said = lines.line()
             units = said if item == "UNITS" else units
@@ -91,7 +103,7 @@ def _header(lines: Lines) -> Header:
         raise lines.error("ITEM: NUMBER OF ATOMS before", line)
     if not names:
         raise lines.error("ITEM: ATOMS with the names of the columns", line)
-    return Header(rows, names, cell, origin, units)
+    return Header(rows, names, cell, origin, units, periodic)
 
 
 def _box(lines: Lines, item: str) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """Other libraries' objects that hold particles, known by their shape: none is imported."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from clrt.errors import SceneError
 from clrt.files.particles import arrays, hoomd
 from clrt.files.particles.columns import particles
 from clrt.particles import elements
-from clrt.particles.particles import Particles
+from clrt.particles.particles import ALONG_ALL, Particles
 from clrt.values import Array
 
 
@@ -54,7 +55,29 @@ def _of_ase(atoms: Any, source: str) -> Particles:
     origin = np.asarray(atoms.info.get("Origin", atoms.get_celldisp()), np.float64).reshape(-1)
     if not cell.any() or origin.shape != (3,):
         origin = np.zeros(3)
-    return particles(columns, source, cell if cell.any() else None, origin, unit="angstrom")
+    bonds = None
+    if (given := columns.get("bonds")) is not None and given.dtype.kind in "UO":
+        bonds = _bonds_of_ase(columns.pop("bonds"))
+    return particles(
+        columns,
+        source,
+        cell if cell.any() else None,
+        origin,
+        bonds=bonds,
+        unit="angstrom",
+        periodic=np.broadcast_to(getattr(atoms, "pbc", True), 3).tolist(),
+    )
+
+
+def _bonds_of_ase(words: Array) -> Array:
+    """(m, 2), of the text that ASE makes of the bonds in a file of LAMMPS's: "2(1),5(1)" of an atom
+    that is bonded to atoms 2 and 5."""
+    pairs = [
+        (i, int(other))
+        for i, word in enumerate(words.tolist())
+        for other in re.findall(r"(\d+)\(", word)
+    ]
+    return np.array(pairs, np.int64).reshape(-1, 2)
 
 
 def of_atoms(group: Any, source: str) -> Particles:
@@ -77,23 +100,37 @@ def of_atoms(group: Any, source: str) -> Particles:
     given = _attribute(group, "velocities")
     if given is not None and np.shape(given) == columns["positions"].shape:
         columns |= {f"v{axis}": np.asarray(given)[:, i] for i, axis in enumerate("xyz")}
-    cell = None
+    cell, bonds = None, _bonds_of_group(group)
     if getattr(group, "dimensions", None) is not None:
         trajectory = group.universe.trajectory
         cell = np.asarray(trajectory.ts.triclinic_dimensions)
         if str(getattr(trajectory, "filename", "")).endswith(".gsd"):
-            return _of_gsd(columns, source, trajectory)
-    return particles(columns, source, cell, unit="angstrom")
+            return _of_gsd(columns, source, trajectory, bonds)
+    return particles(columns, source, cell, bonds=bonds, unit="angstrom")
 
 
-def _of_gsd(columns: dict[str, Array], source: str, trajectory: Any) -> Particles:
+def _bonds_of_group(group: Any) -> Array | None:
+    """(m, 2): the bonds between atoms of a group, by their places in it; None: there are none."""
+    pairs = getattr(_attribute(group, "bonds"), "indices", None)
+    if pairs is None or np.size(pairs) == 0:
+        return None
+    atoms = np.asarray(group.ix)
+    place = np.full(max(int(atoms.max()), int(np.max(pairs))) + 1, -1)
+    place[atoms] = np.arange(len(atoms))
+    found: Array = place[np.asarray(pairs)]
+    return found[(found >= 0).all(axis=1)]
+
+
+def _of_gsd(
+    columns: dict[str, Array], source: str, trajectory: Any, bonds: Array | None
+) -> Particles:
     """With the cell of the file, for MDAnalysis 2.10 takes HOOMD's tilts for angles."""
     file = hoomd.Frames(Path(trajectory.filename))
     try:
         cell = hoomd.cell_of(file.file[trajectory.ts.frame].configuration.box)
     finally:
         file.close()
-    return particles(columns, source, cell, -cell.sum(axis=0) / 2)
+    return particles(columns, source, cell, -cell.sum(axis=0) / 2, bonds=bonds)
 
 
 GROUP = {
@@ -151,7 +188,16 @@ def _of_ovito(collection: Any, source: str) -> Particles:
     if collection.cell is None:
         return particles(columns, source, type_names=type_names, bonds=bonds)
     matrix = np.asarray(collection.cell)  # edges and origin are its columns
-    return particles(columns, source, matrix[:, :3].T, matrix[:, 3], type_names, bonds=bonds)
+    periodic = tuple(getattr(collection.cell, "pbc", ALONG_ALL))
+    return particles(
+        columns,
+        source,
+        matrix[:, :3].T,
+        matrix[:, 3],
+        type_names,
+        bonds=bonds,
+        periodic=periodic,
+    )
 
 
 OVITO = {"Atom Name": "name", "Residue Type": "residue"}

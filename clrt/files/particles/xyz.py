@@ -11,7 +11,7 @@ import numpy as np
 from clrt.files.particles import rules
 from clrt.files.particles.columns import kind_of, particles
 from clrt.files.particles.text import Column, Lines, Mark, Table, is_number, rest, table
-from clrt.particles.particles import Particles
+from clrt.particles.particles import ALONG_ALL, Particles
 from clrt.values import Array
 
 KINDS = {"R": "f8", "I": "i8", "S": "S", "L": "S"}
@@ -50,6 +50,7 @@ def read(lines: Lines) -> Particles:
         columns = _plain(lines, lines.peek() if count else None)
     cell = _numbers(lines, keys, "lattice", 9)
     origin = _numbers(lines, keys, "origin", 3)
+    flags = keys.get("pbc", "").split()
     read, line_of = _by_extxyz(lines, start, columns, count) or table(lines, columns, count)
     for name in re.findall(r"(?:^|:)([^:]+):L:", keys.get("properties", "")):
         read[name] = _truths(read[name])
@@ -59,6 +60,7 @@ def read(lines: Lines) -> Particles:
         None if cell is None else cell.reshape(3, 3),
         (0.0, 0.0, 0.0) if origin is None else origin,
         line_of=line_of,
+        periodic=[flag.encode() not in FALSE for flag in flags] if len(flags) == 3 else ALONG_ALL,
     )
 
 
