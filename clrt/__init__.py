@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from clrt.particles.particles import Particles
     from clrt.scene.animation import Animation, Key
     from clrt.scene.camera import Camera
+    from clrt.scene.capsules import Capsule, Capsules
     from clrt.scene.film import Cell, Film, LegendEntry
     from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.scene.material import Material
@@ -70,6 +71,7 @@ _HOMES = {
     "clrt.scene.light": ("AmbientLight", "DirectionalLight", "Light", "PointLight", "SpotLight"),
     "clrt.scene.animation": ("Animation", "Key"),
     "clrt.scene.camera": ("Camera",),
+    "clrt.scene.capsules": ("Capsule", "Capsules"),
     "clrt.scene.film": ("Cell", "Film", "LegendEntry"),
     "clrt.scene.material": ("Material",),
     "clrt.scene.scene": ("Scene",),
@@ -94,6 +96,8 @@ __all__ = [
     "AmbientLight",
     "Animation",
     "Camera",
+    "Capsule",
+    "Capsules",
     "Cell",
     "ClrtError",
     "DeviceError",

@@ -37,8 +37,9 @@ def check(scene: str) -> None:
     if loaded.animation is not None:
         with named(scene, SceneError):
             animation.Way(loaded).check(animation.all_frames(loaded))
+    capsules = f"{len(loaded.capsules)} capsules, " if len(loaded.capsules) else ""
     click.echo(
-        f"{scene}: {len(loaded.spheres)} spheres, {len(loaded.materials)} materials, "
+        f"{scene}: {len(loaded.spheres)} spheres, {capsules}{len(loaded.materials)} materials, "
         f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "
         f"shadow_bias {loaded.shadow_bias:g}"
     )

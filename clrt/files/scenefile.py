@@ -17,6 +17,7 @@ from clrt.files.particles.suffix import is_particles, reads_it
 from clrt.particles.particlefile import ParticleFile
 from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsule
 from clrt.scene.film import Film
 from clrt.scene.light import LIGHT_KINDS, PointLight
 from clrt.scene.material import Material
@@ -92,7 +93,7 @@ def doubts(scene: Scene) -> Iterator[str]:
     if max(scene.film.background) > 1:
         found = list(scene.film.background)
         yield f"film.background: {found} is over 1: colours are from 0 to 1"
-    if not scene.lights and (len(scene.spheres) or len(scene.particles)):
+    if not scene.lights and any(map(len, (scene.spheres, scene.capsules, scene.particles))):
         yield "there are no [[lights]]: all that is there is black"
 
 
@@ -213,6 +214,7 @@ TABLES: tuple[tuple[str, str, type[msgspec.Struct]], ...] = (
     ("materials", "in [materials.NAME]", Material),
     ("lights", "in [[lights]]", PointLight),
     ("spheres", "in [[spheres]]", Sphere),
+    ("capsules", "in [[capsules]]", Capsule),
     ("particles", "in [[particles]]", ParticleFile),
     ("animation", "in [animation]", Animation),
 )

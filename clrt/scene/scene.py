@@ -5,6 +5,7 @@ whoever makes them: a file or Python code. Lengths are in world units, colours l
 """
 
 from collections.abc import Container, Iterator, Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -13,9 +14,11 @@ from msgspec.structs import force_setattr
 from clrt.particles.particlefile import STYLE_NAMES, ParticleFile
 from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.film import Film
 from clrt.scene.light import LIGHT_KINDS, AmbientLight, LightKind
 from clrt.scene.material import Material
+from clrt.scene.rows import Rows
 from clrt.scene.spheres import Sphere, Spheres
 from clrt.values import (
     all_of,
@@ -53,6 +56,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Light comes from lit surfaces as well, to their diffuse neighbours."""
     particles: Sequence[ParticleFile] = ()
     """They come after `spheres`, in this order. clrt.figure.resolver reads them."""
+    capsules: Sequence[Capsule] = ()
+    """Capsule by Capsule, or Capsules. Indices count them after all spheres."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
@@ -75,25 +80,24 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         switches(self, "indirect")
         for key in _spread_light(self):
             require(self.shadow_bias == 0, "shadow_bias", f"0 beside {key}", self.shadow_bias)
-        if isinstance(self.spheres, Spheres):
-            force_setattr(self, "spheres", self.spheres.with_names(tuple(self.materials)))
-            used = self.spheres.names or ()
-            wrong = [(i, name) for i, name in enumerate(used) if name not in self.materials]
-            where = "spheres.material"
-        else:
-            all_of(self, "spheres", Sphere, "a Sphere")
-            names = (sphere.material for sphere in self.spheres)
-            wrong = [(i, name) for i, name in enumerate(names) if name not in self.materials]
-            where = f"spheres[{wrong[0][0]}].material" if wrong else ""
-        if not wrong:
-            known = {*self.materials, *STYLE_NAMES}
-            wrong = [
-                (i, p.material) for i, p in enumerate(self.particles) if p.material not in known
-            ]
-            where = f"particles[{wrong[0][0]}].material" if wrong else ""
-        if wrong:
-            expected = f"the name of a material ({some(self.materials)})"
-            require(False, where, expected, wrong[0][1])
+        known = {*self.materials, *STYLE_NAMES}
+        unknown = [
+            *_unknown_materials(self, "spheres", Sphere, Spheres),
+            *_unknown_materials(self, "capsules", Capsule, Capsules),
+            *(
+                (f"particles[{i}].material", one.material)
+                for i, one in enumerate(self.particles)
+                if one.material not in known
+            ),
+        ]
+        for where, name in unknown:
+            require(False, where, f"the name of a material ({some(self.materials)})", name)
+        if len(self.capsules):
+            good = self.shadow_bias == 0
+            require(good, "shadow_bias", "0 where there are capsules", self.shadow_bias)
+            for name in Capsules.of(self.capsules).used:
+                glass, key = self.materials[name].transmission, f"materials.{name}.transmission"
+                require(glass == 0, key, "0 of a material of capsules", glass)
         for key in translucency(self):
             require(self.shadow_bias == 0, "shadow_bias", f"0 beside {key}", self.shadow_bias)
             require(not self.indirect, "indirect", f"false beside {key}", self.indirect)
@@ -108,9 +112,11 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def is_random(self) -> bool:
         """Whether rays are drawn at random, so that each pixel needs many. Round lights alone do
-        not make them so: their shadows have a closed form."""
+        not make them so: what spheres hide of them has a closed form. What capsules do has none."""
         occluded = any(isinstance(light, AmbientLight) and light.occlusion for light in self.lights)
-        return occluded or self.camera.has_lens or self.is_glossy or self.is_indirect
+        spread = occluded or self.camera.has_lens or self.is_glossy or self.is_indirect
+        is_round = any(getattr(light, "is_round", False) for light in self.lights)
+        return spread or (is_round and len(self.capsules) > 0)
 
     @property
     def is_glossy(self) -> bool:
@@ -121,6 +127,25 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def is_indirect(self) -> bool:
         """Whether paths go on from diffuse surfaces."""
         return self.max_depth > 1 and self.indirect
+
+
+def _unknown_materials(
+    scene: Scene, key: str, one: type[msgspec.Struct], many: type[Rows[Any]]
+) -> Iterator[tuple[str, str]]:
+    """Checks what stands under a key, one by one or as arrays. Gives where materials are named that
+    the scene has not, and their names."""
+    given = getattr(scene, key)
+    if isinstance(given, many):
+        named = given.with_names(tuple(scene.materials))
+        force_setattr(scene, key, named)
+        for name in named.names or ():
+            if name not in scene.materials:
+                yield f"{key}.material", name
+        return
+    all_of(scene, key, one, f"a {one.__name__}")
+    for i, thing in enumerate(getattr(scene, key)):
+        if thing.material not in scene.materials:
+            yield f"{key}[{i}].material", thing.material
 
 
 def beyond_one_ray(scene: Scene) -> str | None:
@@ -142,6 +167,8 @@ def beyond_paper(scene: Scene) -> str | None:
             return f"transmission of materials.{name}"
     for key in translucency(scene):
         return key
+    if len(scene.capsules):
+        return "capsules"
     return beyond_one_ray(scene) or ("samples > 1" if scene.samples > 1 else None)
 
 

@@ -1,17 +1,13 @@
-"""Spheres as arrays: a sequence of Sphere for those who have many.
+"""Spheres: one, and many as arrays."""
 
-Nothing is copied that nobody else can change, and everything is checked once, when it is made.
-"""
-
-import copy
-from collections.abc import Iterator, Sequence
-from typing import Any, overload
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clrt.values import Array, Color, Vec3, check_rows, floats, frozen, number, require, vectors
+from clrt.scene.rows import Rows, colors_of, materials_of, opacities_of, radii_of, triple
+from clrt.values import Array, Color, Vec3, floats, number, require, vectors
 
 
 class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -32,7 +28,7 @@ class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         number(self, "opacity", "a number from 0 to 1", lambda part: 0 <= part <= 1)
 
 
-class Spheres(Sequence[Sphere]):
+class Spheres(Rows[Sphere]):
     """Many spheres, kept as arrays. Immutable, and equal to another by value.
 
     Args:
@@ -50,6 +46,9 @@ class Spheres(Sequence[Sphere]):
         SceneError: naming the first value that is wrong.
     """
 
+    KEY = "spheres"
+    ARRAYS = ("center", "radius", "color", "opacity")
+
     def __init__(
         self,
         center: ArrayLike,
@@ -60,74 +59,15 @@ class Spheres(Sequence[Sphere]):
     ) -> None:
         self.center = floats("spheres.center", center, 3)
         n = len(self.center)
-        radii = floats("spheres.radius", radius, 1)
-        require(radii.ndim == 0 or len(radii) == n, "spheres.radius", f"{n} numbers", radii.shape)
-        check_rows("spheres.radius", radii > 0, radii, "a finite number above 0")
-        self.radius = np.broadcast_to(radii, n)
-        self.color = None if color is None else floats("spheres.color", color, 3)
-        good = self.color is None or len(self.color) == n
-        require(good, "spheres.color", f"{n} colours", getattr(self.color, "shape", None))
-        self.opacity = None if opacity is None else _opacities(opacity, n)
-        self.material_index, self.names = _materials(material, n)
+        self.radius = radii_of("spheres.radius", radius, n)
+        self.color = colors_of("spheres.color", color, n)
+        self.opacity = None if opacity is None else opacities_of("spheres.opacity", opacity, n)
+        self.material_index, self.names = materials_of("spheres.material", material, n)
 
-    def __len__(self) -> int:
-        return len(self.center)
-
-    @overload
-    def __getitem__(self, i: int) -> Sphere: ...
-
-    @overload
-    def __getitem__(self, i: slice) -> "Spheres": ...
-
-    def __getitem__(self, i: int | slice) -> "Sphere | Spheres":
-        center, radius, index = self.center[i], self.radius[i], self.material_index[i]
-        color = None if self.color is None else self.color[i]
-        opacity = None if self.opacity is None else self.opacity[i]
-        if isinstance(i, slice):
-            part = Spheres(center, radius, index, color, opacity)
-            part.names = self.names
-            return part
-        name = str(index) if self.names is None else self.names[index]
-        own = None if color is None else _triple(color)
-        part_seen = 1.0 if opacity is None else float(opacity)
-        return Sphere(_triple(center), float(radius), name, own, part_seen)
-
-    def __iter__(self) -> Iterator[Sphere]:
-        return (self[i] for i in range(len(self)))
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Spheres):
-            return NotImplemented
-        if self.names != other.names or len(self) != len(other):
-            return False
-        mine, theirs = self._arrays(), other._arrays()
-        return all(
-            a is b or (a is not None and b is not None and np.array_equal(a, b))
-            for a, b in zip(mine, theirs, strict=True)
-        )
-
-    def __hash__(self) -> int:
-        return hash((len(self), self.names))
-
-    def __repr__(self) -> str:
-        return f"Spheres(n={len(self)})"
-
-    def _arrays(self) -> tuple[Array, Array, Array, Array | None, Array | None]:
-        return self.center, self.radius, self.material_index, self.color, self.opacity
-
-    def with_names(self, names: tuple[str, ...]) -> "Spheres":
-        """These spheres, with the scene's names of materials if they have but indices.
-
-        Raises:
-            SceneError: an index is too large.
-        """
-        if self.names is not None:
-            return self
-        index = self.material_index
-        check_rows("spheres.material", index < len(names), index, f"an index below {len(names)}")
-        named = copy.copy(self)
-        named.names = names
-        return named
+    def _row(self, i: int, material: str) -> Sphere:
+        color = None if self.color is None else triple(self.color[i])
+        opacity = 1.0 if self.opacity is None else float(self.opacity[i])
+        return Sphere(triple(self.center[i]), float(self.radius[i]), material, color, opacity)
 
     @staticmethod
     def of(spheres: "Sequence[Sphere]") -> "Spheres":
@@ -145,59 +85,3 @@ class Spheres(Sequence[Sphere]):
             color,
             opacity,
         )
-
-    @staticmethod
-    def joined(parts: "Sequence[Spheres]") -> "Spheres":
-        """One after the other, if their materials have names. A part that has no colours is white
-        among others that have, and opaque if it has no opacities."""
-        if len(parts) == 1:
-            return parts[0]
-        names = tuple(dict.fromkeys(name for part in parts for name in part.names or ()))
-        places = [np.array([names.index(name) for name in p.names or ()], np.int32) for p in parts]
-        index = [place[p.material_index] for place, p in zip(places, parts, strict=True)]
-        color = None
-        if any(part.color is not None for part in parts):
-            white = np.ones(3, np.float32)
-            color = np.concatenate(
-                [np.broadcast_to(white, (len(p), 3)) if p.color is None else p.color for p in parts]
-            )
-        opacity = None
-        if any(part.opacity is not None for part in parts):
-            ones = (np.ones(len(p)) if p.opacity is None else p.opacity for p in parts)
-            opacity = np.concatenate(list(ones))
-        found = Spheres(
-            frozen(np.concatenate([part.center for part in parts])),
-            frozen(np.concatenate([part.radius for part in parts])),
-            np.concatenate(index),
-            None if color is None else frozen(color),
-            None if opacity is None else frozen(opacity),
-        )
-        return found.with_names(names)
-
-
-def _opacities(given: ArrayLike, n: int) -> Array:
-    """(n,) of numbers from 0 to 1."""
-    found = floats("spheres.opacity", given, 1)
-    good = found.ndim == 0 or len(found) == n
-    require(good, "spheres.opacity", f"{n} numbers", found.shape)
-    check_rows("spheres.opacity", (found >= 0) & (found <= 1), found, "a number from 0 to 1")
-    return np.broadcast_to(found, n)
-
-
-def _triple(vector: Array) -> Vec3:
-    x, y, z = map(float, vector)
-    return x, y, z
-
-
-def _materials(given: Any, n: int) -> tuple[Array, tuple[str, ...] | None]:
-    """Indices (n,) int32, and the names that they count, or None if they count the scene's."""
-    if isinstance(given, str):
-        return np.broadcast_to(np.int32(0), n), (given,)
-    array = np.asarray(given)
-    good = array.shape == (n,) and (array.dtype.kind in "iuU" or n == 0)
-    require(good, "spheres.material", f"a name, {n} names or {n} indices", given)
-    if array.dtype.kind == "U":
-        names, index = np.unique(array, return_inverse=True)
-        return frozen(index.astype(np.int32)), tuple(map(str, names))
-    check_rows("spheres.material", array >= 0, array, "an index of at least 0")
-    return frozen(array.astype(np.int32)), None

@@ -27,8 +27,8 @@ from numpy.typing import DTypeLike, NDArray
 from clrt.errors import RequestError
 from clrt.scene.light import AmbientLight
 from clrt.scene.scene import Scene, beyond_one_ray, beyond_paper
-from clrt.truth import camera, glass, lights, spheres, surface
-from clrt.truth.rays import Array, Rays, dot, unit
+from clrt.truth import camera, glass, hits, lights, surface
+from clrt.truth.rays import Array, Rays, dot
 from clrt.truth.world import World
 
 Truth: TypeAlias = Literal["seed", "exact"]
@@ -170,7 +170,7 @@ def _segment(
 ) -> list[Rays]:
     """Follows rays to their next hits, and adds these to colours and paths. Returns the rays that
     go on."""
-    hit, distance = spheres.nearest(world, rays)
+    hit, distance = hits.nearest(world, rays)
     gone = hit < 0
     path[rays.pixel[gone]] += rays.path[gone]
     if rays.bounce > 0:  # the camera's own background is added where alpha is known
@@ -179,7 +179,7 @@ def _segment(
     if hit.size == 0:
         return []
     point = rays.origin + distance * rays.direction
-    normal = unit(point - world.center[:, hit])
+    normal = hits.normal(world, hit, point)
     lifted = point + world.bias * normal
     opacity = world.opacity[hit]
     if rays.bounce == 0:
@@ -206,7 +206,7 @@ def _segment(
         shadow = rays.only(np.ones(hit.size, bool), origin=lifted, direction=to_light,
                            leaves=hit)  # fmt: skip
         shadow.bounce = 1
-        clear = spheres.clear(world, shadow, limit)
+        clear = hits.clear(world, shadow, limit)
         lit = (cone > 0) & (clear > 0) & ~out
         if world.exact:
             lit &= dot(normal, to_light) >= 0

@@ -5,6 +5,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from clrt.scene.capsules import Capsules
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 
@@ -28,10 +29,19 @@ class World:
         spheres = Spheres.of(scene.spheres)
         self.center = spheres.center.astype(dtype).T  # (3, spheres)
         self.radius = spheres.radius.astype(dtype)
-        # A hit's sphere selects a material, and that a column of (3, materials) or (materials,).
+        capsules = Capsules.of(scene.capsules)
+        self.start = capsules.start.astype(dtype).T  # (3, capsules), as the following
+        self.end = capsules.end.astype(dtype).T
+        self.thickness = capsules.radius.astype(dtype)
+        # What is hit, a sphere or after all of these a capsule, selects a material, and that a
+        # column of (3, materials) or (materials,).
         places = {name: i for i, name in enumerate(scene.materials)}
-        index = np.array([places[name] for name in spheres.names or ()], np.int64)
-        self.material = index[spheres.material_index]
+        self.material = np.concatenate(
+            [
+                np.array([places[name] for name in many.names or ()], np.int64)[many.material_index]
+                for many in (spheres, capsules)
+            ]
+        )
         materials = scene.materials.values()
         self.ambient = np.array([m.ambient for m in materials], dtype).reshape(-1, 3).T
         self.diffuse = np.array([m.diffuse for m in materials], dtype).reshape(-1, 3).T
@@ -46,11 +56,17 @@ class World:
         # What goes straight on. Of what is not there nothing is met.
         self.opacity = np.array([m.opacity for m in materials], dtype)[self.material]
         if spheres.opacity is not None:
-            self.opacity = self.opacity * spheres.opacity.astype(dtype)
+            self.opacity[: len(spheres)] *= spheres.opacity.astype(dtype)
         self.panes = np.flatnonzero(self.transmission[self.material] > 0)
         self.size = np.argsort(np.argsort(self.radius[self.panes], kind="stable"))
         self.background = self.column(scene.film.background)
-        self.color = None if spheres.color is None else spheres.color.astype(dtype).T
+        self.color = None
+        if spheres.color is not None or capsules.color is not None:
+            colors = [
+                np.ones((len(many), 3)) if many.color is None else many.color
+                for many in (spheres, capsules)
+            ]
+            self.color = np.concatenate(colors).astype(dtype).T
 
     def column(self, v: tuple[float, float, float]) -> Array:
         return np.array(v, self.dtype)[:, np.newaxis]
