@@ -9,7 +9,10 @@ static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __gl
     for (int s = 0; s < sphere_count; s++) {
         Quadratic q = quadratic(ray, spheres + s);
         ints met = on & ahead(q, ray, ids[s]);
-        if (ANY(met)) hit = closer_of(hit, met, smaller_root(q), ids[s]);
+        if (!ANY(met)) continue;
+        reals root = smaller_root(q);
+        if (OPACITY) met &= behind(ray, root, ids[s]);
+        hit = closer_of(hit, met, root, ids[s]);
     }
     return hit;
 }
@@ -22,7 +25,10 @@ static Hit visible_listed(Ray line, __global const Sphere *spheres, __global con
     for (int s = 0; s < sphere_count; s++) {
         Quadratic q = quadratic(line, spheres + s);
         ints met = q.delta > 0;
-        if (ANY(met)) hit = closer_of(hit, met, entry(q), ids[s]);
+        if (!ANY(met)) continue;
+        reals root = entry(q);
+        if (OPACITY) met &= behind(line, root, ids[s]);
+        hit = closer_of(hit, met, root, ids[s]);
     }
     return hit;
 }
@@ -36,7 +42,7 @@ static ints occluded_by_listed(Ray ray, reals distance, __global const uchar *en
         Quadratic q = quadratic(ray, spheres + s);
         ints met = ahead(q, ray, ids[s]);
         if (!encloses[s]) met &= -q.b < distance;
-        hidden = taken_with(hidden, met, NEST ? glass[ids[s]].veil : 0);
+        hidden = taken_with(hidden, met, VEILED ? glass[ids[s]].veil : 0);
     }
     return hidden;
 }

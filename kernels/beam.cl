@@ -64,6 +64,13 @@ static real beam_end(const Beam *beam, Vector o, Vector d, reals t, ints on, rea
     return MOST(on, (axis_of(o, beam->m) + t * axis_of(d, beam->m)) * beam->sign) + 2 * slack;
 }
 
+// OPACITY and TREE: how far along the beam's axis the rays that are on have gone straight through.
+static real beam_begin(const Beam *beam, Ray ray, ints on, real slack) {
+    reals from = PICK(ray.after > 0, ray.after, 0);
+    reals at = axis_of(ray.origin, beam->m) + from * axis_of(ray.direction, beam->m);
+    return LEAST(on, at * beam->sign) - 2 * slack;
+}
+
 // TREE: the boxes of a node that the beam meets before `end`, as bits, and where along it they begin.
 static uint boxes_in_beam(const Beam *beam, __global const Node *node, real end, wides *begins) {
     __global const wides *lo = (__global const wides *)node->lo;
@@ -110,7 +117,12 @@ static bool nearer_in_leaf(__global const Leaf *leaf, uint bits, Hit *hit, Ray r
         PACKET_QUADRATIC(ray, leaf, k)
         ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
         if (!ANY(met)) continue;
-        *hit = closer_of(*hit, met, FIRST_ROOT, leaf->id[k]);
+        reals root = FIRST_ROOT;
+        if (OPACITY) {
+            met &= behind(ray, root, leaf->id[k]);
+            if (!ANY(met)) continue;
+        }
+        *hit = closer_of(*hit, met, root, leaf->id[k]);
         found = true;
     }
     return found;
@@ -121,6 +133,7 @@ static bool nearest_in_beam(const Tree *tree, Hit *found, Ray ray, ints on, bool
     real slack = SLACK * largest_coordinate(ray.origin, on);
     Beam beam = beam_of(ray.origin, ray.direction, on, slack, common);
     if (!(beam.width < tree->shape.wide)) return false;
+    if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
     Hit hit = *found;
     int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
     real starts[STACK];
@@ -166,7 +179,7 @@ static Hit nearest_in_tree(const Tree *tree, Hit hit, Ray ray, ints on, bool com
 // What is left of shadow rays on their way.
 typedef struct {
     ints clear;  // the lanes that something is left of
-    ints veil;   // NEST: what glass has taken, see veiled()
+    ints veil;   // VEILED: what has been taken, see veiled()
 } Left;
 
 // TREE: tests those spheres of a leaf against shadow rays that end at `distance`, see taken_in_tree().
@@ -177,15 +190,16 @@ static Left left_by_leaf(const Tree *tree, __global const Leaf *leaf, uint bits,
         PACKET_QUADRATIC(ray, leaf, k)
         ints met = (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
                    ((near ? FIRST_ROOT : -b) < distance);
-        if (NEST) {
+        if (VEILED) {
             met &= on;
-            if (ANY(met))
-                left.veil = veiled(left.veil, met, near ? OPAQUE : tree->glass[leaf->id[k]].veil);
+            if (!ANY(met)) continue;
+            bool all = near && !OPACITY;
+            left.veil = veiled(left.veil, met, all ? OPAQUE : tree->glass[leaf->id[k]].veil);
         } else {
             left.clear &= !met;
         }
     }
-    if (NEST) left.clear = on & (left.veil < OPAQUE);
+    if (VEILED) left.clear = on & (left.veil < OPAQUE);
     return left;
 }
 
@@ -220,7 +234,7 @@ static bool left_by_beam(const Tree *tree, const Beam *beam, real end, Left *fou
 
 // TREE: what spheres of the tree take of the light of rays that are on, see taken_with(); it comes from
 // `light`, which is outside of all of them and at the end of the rays. near: instead all of those that
-// meet a sphere before that distance, glass as well.
+// meet a sphere before that distance, glass as well; OPACITY: their part.
 static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector light, ints on,
                           bool near) {
     Left left = {on, 0};
@@ -236,12 +250,12 @@ static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector ligh
             real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
             if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
             if (left_by_beam(tree, &beam, end, &left, ray, distance, on, near))
-                return NEST ? left.veil : on & !left.clear;
+                return VEILED ? left.veil : on & !left.clear;
         }
     }
     __private reals limits[1] = {distance};
     // From the start: what the beam has met would count twice.
-    __private ints taken[1] = {NEST ? PICK_INT(left.clear, 0, left.veil) : on & !left.clear};
+    __private ints taken[1] = {VEILED ? PICK_INT(left.clear, 0, left.veil) : on & !left.clear};
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(left.clear); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);

@@ -86,14 +86,17 @@ static reals entry(Quadratic q) {
     return PICK(q.b < 0, q.c / (half_chord - q.b), -q.b - half_chord);
 }
 
-// ORTHOGRAPHIC: nearest() for lines that have no start.
+// ORTHOGRAPHIC: nearest() for lines that have no start. OPACITY: these are of no packet.
 static Hit visible_along(Pixels at, Ray line, __global const Sphere *spheres, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
-        if (!LITERAL && !shows(at, spheres[s].screen_bounds)) continue;
+        if (!LITERAL && !OPACITY && !shows(at, spheres[s].screen_bounds)) continue;
         Quadratic q = quadratic(line, spheres + s);
         ints met = q.delta > 0;
-        if (ANY(met)) hit = closer(hit, met, entry(q), s);
+        if (!ANY(met)) continue;
+        reals root = entry(q);
+        if (OPACITY) met &= behind(line, root, s);
+        hit = closer(hit, met, root, s);
     }
     return hit;
 }

@@ -73,7 +73,7 @@ static Cover covered_by_sphere(const Tree *tree, Cover cover, Ray ray, Cap cap, 
     reals c = FMA(-r, r, FMA(f.x, f.x, FMA(f.y, f.y, f.z * f.z)));
     int id = leaf->id[k];
     return covered(cover, cap, on & near_side(ray, id), f, r, c, 0,
-                   NEST ? tree->glass[id].veil : 0);
+                   VEILED ? tree->glass[id].veil : 0);
 }
 
 // ROUND and TREE: the line from the middle of the rays' origins to that of the light, and how far they
@@ -144,7 +144,7 @@ static Cover covered_by_leaf(const Tree *tree, Cover cover, const Single *ray, C
         ints met = id != ray->leaves;
         FOR_EACH_LAYER(met &= id + 1 != ray->inside[i])
         __private ints takes[1] = {0};
-        for (int k = 0; NEST && k < LANES; k++)
+        for (int k = 0; VEILED && k < LANES; k++)
             if (leaf->id[first + k] >= 0)
                 EACH_INT(takes)[k] = tree->glass[leaf->id[first + k]].veil;
         cover = covered(cover, cap, met, f, radius, c, 0, takes[0]);
@@ -204,7 +204,7 @@ static Cover covered_in_tree(const Tree *tree, Cover cover, Ray ray, Cap cap, in
         Cone view = cone_of(&single, SLACK, EACH_REAL(caps[0].sine)[i] * far, far);
         Cover sum = covered_single(tree, &single, own, &view);
         hidden[i] = min(hidden[i] + sum_of_ints(sum.hidden), (INTEGER)VEIL);
-        if (NEST) veil[i] = min(veil[i] + sum_of_ints(sum.veil), OPAQUE);
+        if (VEILED) veil[i] = min(veil[i] + sum_of_ints(sum.veil), OPAQUE);
     }
     return covers[0];
 }

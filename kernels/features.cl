@@ -27,6 +27,7 @@
 //   PHONG          A material's highlight is Phong's.
 //   NEST           A ray can be inside of so many transparent spheres at once, at most.
 //   SPLIT          A surface mirrors and transmits.
+//   OPACITY        Spheres can be seen through.
 //   BACKGROUND     Rays that leave the scene after a mirror see something there.
 //   ROUND          A light is a ball or a disc.
 //   OCCLUSION      Spheres hide ambient light.
@@ -41,6 +42,8 @@
 
 // A sample draws a light's, a lens' or a mirror's point at random.
 #define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT)
+// Shadow rays lose a part of their light to what they enter.
+#define VEILED (NEST || OPACITY)
 // The hashes of paths are wanted.
 #define PATHS (FILM_PATHS || HASHED)
 

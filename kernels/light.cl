@@ -32,7 +32,12 @@ static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw 
     for (int i = 0; i < SKY_RAYS; i++) {
         Pair pair = drawn(draw, SKY, k, i);
         ray.direction = above_surface(normal, pair);
-        hidden += PICK(met_by(scene, ray, scene->skies[k], on), 1, 0);
+        ints met = met_by(scene, ray, scene->skies[k], on);
+        if (OPACITY) {
+            hidden += 1 - unveiled(met);
+        } else {
+            hidden += PICK(met, 1, 0);
+        }
     }
     return 1 - hidden / SKY_RAYS;
 }
@@ -70,7 +75,7 @@ typedef struct {
     reals diffuse;   // the cosine at the surface, or the mean of it
     reals share;     // of the colour that it has here: what it weighs in the picture's
     ints lit;        // the lanes that it reaches
-    ints veil;       // NEST: what glass takes of it
+    ints veil;       // VEILED: what is taken of it
 } Seen;
 
 // ROUND: the part of a round light that spheres leave, by round.cl's closed form.
@@ -144,7 +149,8 @@ static void add_light(const Scene *scene, Path *path, Place *place, int k) {
     Seen seen = see(scene, path, place, k);
     if (PATHS) {
         ints how = 1;
-        if (NEST) how += TO_INTS(TO_REALS(seen.veil) * (64 / VEIL) + REAL(0.5));  // to a hundredth
+        if (VEILED)
+            how += TO_INTS(TO_REALS(seen.veil) * (64 / VEIL) + REAL(0.5));  // to a hundredth
         path->hash = FOLLOWED(place->shown, path->hash, PICK_INT(seen.lit, how, 0));
     }
     if (!ANY(seen.lit)) return;
@@ -155,7 +161,7 @@ static void add_light(const Scene *scene, Path *path, Place *place, int k) {
         diffuse *= left;
         specular *= left;
     }
-    if (NEST) {
+    if (VEILED) {
         reals clear = unveiled(seen.veil);
         diffuse *= clear;
         specular *= clear;

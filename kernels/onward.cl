@@ -143,22 +143,30 @@ static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, A
     if (NEST) return turn_at_glass(scene, path, place, onward, entering, splits, aside);
     path->weight *= place->surface.reflection;
     path->ray.direction = onward;
+    if (OPACITY) path->ray.after = -INFINITY, path->ray.last = -1;
     return place->reached & (path->weight > 0);
 }
 
-// REFLECTION: follows the rays of those lanes to what they meet next.
-static void go_on(const Scene *scene, Path *path, ints alive) {
-    path->hit = first_hit(scene, path->ray, alive, false);
+// REFLECTION or OPACITY: follows the rays of those lanes to what they meet next. OPACITY: those that wait
+// stay where they are.
+static void go_on(const Scene *scene, Path *path, ints alive, const Through *through) {
+    bool from_camera = OPACITY && path->depth == 1;
+    if (OPACITY && !ANY(alive)) {
+        path->hit = no_hit();
+    } else {
+        path->hit = first_hit(scene, path->ray, alive, false, ORTHOGRAPHIC && from_camera);
+    }
     if (NEST && ANY(alive & (path->ray.inside.layers[0].sphere != 0))) {
         path->hit = first_side(scene, path->hit, path->ray);
         path->hit.id = PICK_INT(alive, path->hit.id, -1);
     }
-    if (BACKGROUND) {
+    if (BACKGROUND && !from_camera) {
         ints gone = alive & (path->hit.id < 0);
         if (INDIRECT) gone &= !path->scattered;
         Vector seen = along(path->color, path->weight, splat(scene->background));
         path->color = pick3(gone, seen, path->color);
     }
+    if (OPACITY) path->hit = pick_hit(through->waits, through->hit, path->hit);
     path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
-    if (!ORTHOGRAPHIC) path->to_camera = unit(minus(path->eye, path->point));
+    if (!ORTHOGRAPHIC && !from_camera) path->to_camera = unit(minus(path->eye, path->point));
 }

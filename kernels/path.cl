@@ -14,7 +14,7 @@ typedef struct {
     Vector eye;        // where the camera stands, or (LENS) a point of its lens
     Draw draw;         // RANDOM
     int depth;         // of the hit, from 1 on
-    reals weight;      // the product of the reflections and transmissions so far
+    reals weight;      // the product of the reflections and of what went through so far
     Vector tint;       // INDIRECT: of diffuse colours
     ints scattered;    // INDIRECT: the lanes whose ray comes from a diffuse surface
     ints hash;         // PATHS: of what was met
@@ -53,8 +53,7 @@ static void go_straight(const Scene *scene, Path *path, Pixels at) {
     if (LITERAL) path->ray.origin = plus(path->ray.origin, splat(scene->camera->eye));
     path->ray.direction = scaled(path->to_camera, -1);
     if (TREE) {
-        path->hit = visible_listed(path->ray, scene->spheres, scene->ids, scene->sphere_count);
-        path->hit = nearest_in_tree(&scene->tree, path->hit, path->ray, (ints)(-1), false);
+        path->hit = first_hit(scene, path->ray, (ints)(-1), false, true);
     } else {
         path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
     }
@@ -68,7 +67,7 @@ static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
     reals length2 = through.x * through.x + (through.y * through.y + 1);
     path->to_camera = scaled(in_space(scene, through), -inverse_sqrt(length2));
     path->ray.direction = scaled(path->to_camera, -1);
-    if (!TREE && !LITERAL && !LONG_LENS && !LENS) {
+    if (!TREE && !LITERAL && !LONG_LENS && !LENS && !OPACITY) {
         path->hit = visible(at, length2, scene->spheres, scene->sphere_count);
         path->point = scaled(through, path->hit.distance);
         return;
@@ -83,7 +82,7 @@ static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
         if (LENS) start = plus(start, lens);
         path->ray.origin = in_space(scene, start);
     }
-    path->hit = first_hit(scene, path->ray, (ints)(-1), !LONG_LENS && !LENS);
+    path->hit = first_hit(scene, path->ray, (ints)(-1), !LONG_LENS && !LENS, false);
     path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
 }
 
@@ -94,6 +93,7 @@ static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
     path.weight = 1;
     path.tint = vector(1, 1, 1);
     path.ray.leaves = path.ray.all_leave = -1;
+    if (OPACITY) path.ray.after = -INFINITY, path.ray.last = -1;
     if (ORTHOGRAPHIC) {
         go_straight(scene, &path, at);
     } else {

@@ -55,7 +55,7 @@ static reals part_covered(Cap cap, Vector to, reals b, reals versine) {
 // What spheres cover of a light, in whole numbers of 1 / VEIL: so a sum is the same in any order.
 typedef struct {
     ints hidden;  // the part that opaque spheres hide
-    ints veil;    // NEST: what glass takes of it, see veiled()
+    ints veil;    // VEILED: what others take of it, see veiled()
 } Cover;
 
 // ROUND: adds a sphere: f leads to its centre, c = |f|^2 - radius^2. Where `met` it can be in the way.
@@ -82,7 +82,7 @@ static Cover covered(Cover cover, Cap cap, ints met, Vector f, reals radius, rea
     sine_cosine(g - (from + until) / 2, &t, &far);
     met &= around_light | (distance * far < cap.distance * near);
     part = PICK(met, part, 0);
-    if (NEST) {
+    if (VEILED) {
         reals left = 1 - part * (1 - exp2(TO_REALS(takes) * (-1 / VEIL)));
         ints glass = takes < OPAQUE;
         cover.veil = veiled(cover.veil, met & glass, TO_INTS(log2(left) * -VEIL + REAL(0.5)));
@@ -133,7 +133,7 @@ static Cover covered_by(Ray ray, Cap cap, ints on, __global const uchar *enclose
         reals c = dot3(g, along(g, 2, m)) + sphere->c0;
         Vector f = scaled(plus(g, m), -1);
         cover = covered(cover, cap, met, f, 1 / sphere->inv_radius, c, -(ints)(encloses[i]),
-                        NEST ? glass[s].veil : 0);
+                        VEILED ? glass[s].veil : 0);
     }
     return cover;
 }

@@ -125,6 +125,7 @@ static Sample refined(const Scene *scene, int column, int row, int samples,
                       __global const real *points) {
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
+    reals least_seen = 1, most_seen = 0;
     int end = 0;
     for (bool enough = false; end < samples && !enough;) {
         Sum block = {vector(0, 0, 0), 0};
@@ -137,6 +138,8 @@ static Sample refined(const Scene *scene, int column, int row, int samples,
             block = with(block, sample, on);
             low = lower3(low, pick3(on, sample.color, low));
             high = higher3(high, pick3(on, sample.color, high));
+            least_seen = PICK(on & (sample.alpha < least_seen), sample.alpha, least_seen);
+            most_seen = PICK(on & (sample.alpha > most_seen), sample.alpha, most_seen);
         }
         sum = sum_of(sum, block);
         end = min(end + BATCH, samples);
@@ -145,7 +148,9 @@ static Sample refined(const Scene *scene, int column, int row, int samples,
         range = max(range, JOIN(most, LANES)(high.z) - JOIN(least, LANES)(low.z));
         // A black ball before nothing has an edge as well. Of one sample alpha is 0 or 1.
         real seen = JOIN(total, LANES)(sum.alpha);
-        if (FILM_ALPHA && seen > 0 && seen < end) range = max(range, REAL(1.0));
+        if (FILM_ALPHA && !OPACITY && seen > 0 && seen < end) range = max(range, REAL(1.0));
+        if (FILM_ALPHA && OPACITY)
+            range = max(range, JOIN(most, LANES)(most_seen) - JOIN(least, LANES)(least_seen));
         enough = !(range > range_that_is_enough(end));
     }
     Sample mean = {

@@ -18,6 +18,7 @@ typedef struct {
     __global const real *background;
     __global const real *sphere_colors;
     __global const Glass *glass;
+    __global const real *opacities;
     __global const Medium *around;
     __global int *lost;
     __global const int *ids;  // 0 without TREE: `spheres` is then the scene's list
@@ -46,13 +47,23 @@ static Vector in_space(const Scene *scene, Vector v) {
     return v;
 }
 
-// The spheres that rays meet first, in the lanes that are on. common: they have one origin.
-static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common) {
+// The spheres that rays meet first, in the lanes that are on. common: they have one origin. line:
+// ORTHOGRAPHIC and OPACITY, they have no start.
+static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool line) {
+    Hit hit;
     if (TREE) {
-        Hit hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
+        if (ORTHOGRAPHIC && line) {
+            hit = visible_listed(ray, scene->spheres, scene->ids, scene->sphere_count);
+        } else {
+            hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
+        }
         return nearest_in_tree(&scene->tree, hit, ray, on, common);
     }
-    Hit hit = nearest(ray, scene->spheres, scene->sphere_count);
+    if (ORTHOGRAPHIC && line) {
+        hit = visible_along((Pixels){0}, ray, scene->spheres, scene->sphere_count);
+    } else {
+        hit = nearest(ray, scene->spheres, scene->sphere_count);
+    }
     hit.id = PICK_INT(on, hit.id, -1);
     return hit;
 }
@@ -73,7 +84,7 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
     __global const uchar *encloses = scene->encloses + k * scene->sphere_count;
     ints taken = 0;
     if (!TREE) {
-        if (NEST && !ANY(on)) return taken;
+        if (VEILED && !ANY(on)) return taken;
         return occluded(ray, distance, encloses, scene->spheres, scene->glass, scene->sphere_count);
     }
     if (ANY(on))
@@ -82,7 +93,7 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
     on &= !takes_all(taken);
     if (!ANY(on)) return taken;
     ints more = taken_in_tree(&scene->tree, ray, distance, light, on, false);
-    return NEST ? veiled(taken, on, more) : taken | more;
+    return VEILED ? veiled(taken, on, more) : taken | more;
 }
 
 // ROUND: what spheres cover of light k.
@@ -94,11 +105,14 @@ static Cover cover_of_light(const Scene *scene, int k, Ray ray, Cap cap, ints on
     return covered_in_tree(&scene->tree, cover, ray, cap, on, light->position, light->radius);
 }
 
-// OCCLUSION: the rays that are on and meet a sphere before that distance, glass as well.
+// OCCLUSION: the rays that are on and meet a sphere before that distance, glass as well. OPACITY: what
+// the spheres take of them that they meet.
 static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
-    ints met = on & met_before(ray, distance, scene->spheres, scene->ids, scene->sphere_count);
-    ints open = on & !met;
-    if (TREE && ANY(open))
-        met |= taken_in_tree(&scene->tree, ray, distance, FAR_AWAY, open, true) != 0;
-    return met;
+    ints met =
+        met_before(ray, distance, scene->spheres, scene->ids, scene->glass, scene->sphere_count);
+    met = OPACITY ? PICK_INT(on, met, 0) : on & met;
+    ints open = on & !(OPACITY ? met >= OPAQUE : met);
+    if (!TREE || !ANY(open)) return met;
+    ints more = taken_in_tree(&scene->tree, ray, distance, FAR_AWAY, open, true);
+    return OPACITY ? veiled(met, open, more) : met | (more != 0);
 }

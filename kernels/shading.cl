@@ -128,7 +128,7 @@ static reals highlight(Vector normal, Vector h, reals exponent) {
     return PICK(cosine > 0, value, PICK(exponent == 0, 1, 0));
 }
 
-// NEST: the part of a light that a veil leaves.
+// NEST or OPACITY: the part of a light that a veil leaves.
 static reals unveiled(ints veil) {
     if (!ANY(veil != 0)) return 1;
     return PICK(veil < OPAQUE, exp2(TO_REALS(veil) * (-1 / VEIL)), 0);

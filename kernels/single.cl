@@ -13,6 +13,8 @@ typedef struct {
     real o[3], d[3];             // origin and direction
     INTEGER leaves;              // as in Ray
     INTEGER inside[MAX_INSIDE];  // NEST: index + 1
+    real after;                  // OPACITY: as in Ray
+    INTEGER last;
 } Single;
 
 // A packet's rays in memory, where a lane can be chosen at run time.
@@ -20,6 +22,8 @@ typedef struct {
     reals coordinates[6];
     ints leaves[1];
     ints inside[MAX_INSIDE];
+    reals after[1];
+    ints last[1];
 } Rays;
 
 // TREE: a packet's rays, to be taken one by one.
@@ -28,6 +32,7 @@ static Rays rays_of(Ray ray) {
                   ray.direction.z},
                  {ray.leaves}};
     FOR_EACH_LAYER(rays.inside[i] = ray.inside.layers[i].sphere)
+    if (OPACITY) rays.after[0] = ray.after, rays.last[0] = ray.last;
     return rays;
 }
 
@@ -38,6 +43,10 @@ static Single single_of(const Rays *rays, int lane) {
                      {r[3 * LANES + lane], r[4 * LANES + lane], r[5 * LANES + lane]},
                      EACH_INT(rays->leaves)[lane]};
     FOR_EACH_LAYER(single.inside[i] = EACH_INT(rays->inside[i])[lane])
+    if (OPACITY) {
+        single.after = EACH_REAL(rays->after)[lane];
+        single.last = EACH_INT(rays->last)[lane];
+    }
     return single;
 }
 
@@ -82,11 +91,12 @@ static void cut(const Slabs *slabs, int a, wides lo, wides hi, wides *from, wide
     *to = leave < *to ? leave : *to;
 }
 
-// TREE: the boxes of a node that a ray meets before `end`, as bits, and where on it they begin.
-static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real end, wides *begins) {
+// TREE: the boxes of a node that a ray meets from `start` to `end`, as bits, and where on it they begin.
+static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real start, real end,
+                         wides *begins) {
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
-    wides from = 0, to = end;
+    wides from = start, to = end;
     FOR_EACH_AXIS(cut(slabs, a, lo[a], hi[a], &from, &to))
     *begins = from;
     // The ends are rounded in proportion to themselves.
@@ -108,9 +118,11 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real end
 static void nearest_of_leaf(__global const Leaf *leaf, const Single *ray, real *distance,
                             INTEGER *sphere) {
     LEAF_QUADRATIC(ray, leaf)
+    if (!wide_bits(met)) return;
+    __private wides all[1] = {FIRST_ROOT};
+    if (OPACITY)
+        met &= (all[0] > ray->after) | ((all[0] == ray->after) & (TO_WIDE_INTS(id_) > ray->last));
     uint bits = wide_bits(met);
-    if (!bits) return;
-    __private wides all[1] = {c / (sqrt(delta) - b)};
     __private const real *root = (__private const real *)all;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
@@ -124,12 +136,13 @@ static void nearest_of_leaf(__global const Leaf *leaf, const Single *ray, real *
 // TREE: the sphere that a ray meets before `distance`, if there is one.
 static void nearest_single(const Tree *tree, const Single *ray, real *distance, INTEGER *sphere) {
     Slabs slabs = slabs_of(ray);
+    real start = OPACITY ? fmax(ray->after, (real)0) : 0;
     int stack[STACK], top = 0;
     real starts[STACK];
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, *distance, &begins);
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *distance, &begins);
             if (bits) {
                 e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
@@ -142,18 +155,19 @@ static void nearest_single(const Tree *tree, const Single *ray, real *distance, 
 }
 
 // Of taken_with(): all that there is.
-#define ALL (NEST ? OPAQUE : (INTEGER) - 1)
+#define ALL (VEILED ? OPAQUE : (INTEGER) - 1)
 
-// TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all, if it meets one
-// before `limit`; else if their middles are before it.
+// TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all (OPACITY: their
+// part), if it meets one before `limit`; else if their middles are before it.
 static INTEGER taken_by_leaf(const Tree *tree, int e, const Single *ray, real limit, bool near,
                              INTEGER taken) {
     __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
     LEAF_QUADRATIC(ray, leaf)
     uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
-    if (bits && (near || !NEST)) return ALL;
-    for (; NEST && bits; bits &= bits - 1)
-        taken = min(taken + tree->glass[leaf->id[LOWEST_BIT(bits)]].veil, OPAQUE);
+    if (bits && ((near && !OPACITY) || !VEILED)) return ALL;
+    if (!VEILED) return taken;
+    for (; bits; bits &= bits - 1)
+        taken = veiled_single(taken, tree->glass[leaf->id[LOWEST_BIT(bits)]].veil);
     return taken;
 }
 
@@ -165,7 +179,7 @@ static INTEGER taken_single(const Tree *tree, const Single *ray, real limit, boo
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, limit, &begins);
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, 0, limit, &begins);
             if (bits) {
                 e = descend_anyhow(&tree->shape, e, bits, stack, &top);
                 continue;

@@ -7,7 +7,7 @@
 //
 // LITERAL is the baseline that the rest is measured against. The host makes no sphere a giant then.
 
-// NEST: of each sphere of the scene's list. 8 bytes as float32, 16 as float64.
+// NEST or OPACITY: of each sphere of the scene's list. 8 bytes as float32, 16 as float64.
 typedef struct {
     INTEGER order;  // of transparent spheres: the larger, the smaller the sphere; 0: opaque
     INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
@@ -58,7 +58,16 @@ typedef struct {
                        // that leaves a convex body does not come back, so no epsilon is needed.
     int all_leave;     // that index if it is the same in all lanes that count, else -1
     Inside inside;
+    reals
+        after;  // OPACITY: nothing is met before this distance, nor at it what does not come after
+    ints last;  // this sphere, see behind()
 } Ray;
+
+// OPACITY: whether what a ray meets at a distance is behind the last that it went straight through. Of
+// equal distances the spheres come in the order of the list: so none is met twice, and none is missed.
+static ints behind(Ray ray, reals distance, ints id) {
+    return (distance > ray.after) | ((distance == ray.after) & (id > ray.last));
+}
 
 // The lanes whose ray is inside of sphere s: none without NEST.
 static ints is_inside(Ray ray, ints s) {
@@ -70,25 +79,34 @@ static ints is_inside(Ray ray, ints s) {
 // Parts of a light as whole numbers, see veiled() and Cover.
 #define VEIL ((real)(DOUBLE ? 1099511627776 : 8388608))
 
-// Glass that a shadow ray enters multiplies its light. The product is kept as a sum of -log2(T), in
-// whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
-// factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is.
+// Glass that a shadow ray enters multiplies its light, as does what is seen through. The product is kept
+// as a sum of -log2(T), in whole units of 2^-23 (DOUBLE: 2^-40), so that it is the same in any order to the last bit; each
+// factor is off by up to 4e-8. What is opaque adds OPAQUE, which is also the most that there is. OPACITY:
+// of what is not opaque the most is one less, for some of the light is left.
 #define OPAQUE ((INTEGER)(128 * VEIL) - 1)
 
-// NEST: a veil, and in the lanes that have met it what one more sphere takes.
+// NEST or OPACITY: a veil, and in the lanes that have met it what one more sphere takes.
 static ints veiled(ints veil, ints met, ints more) {
-    ints sum = veil + PICK_INT(met, more, 0);
-    return PICK_INT(sum < OPAQUE, sum, OPAQUE);
+    ints sum = veil + PICK_INT(met, more, 0), most = OPAQUE;
+    if (OPACITY) most -= PICK_INT((veil < OPAQUE) & (!met | (more < OPAQUE)), 1, 0);
+    return PICK_INT(sum < most, sum, most);
 }
 
-// What spheres take of shadow rays is a veil, or without NEST the mask of those that are hidden. This
+// NEST or OPACITY: the same for one ray.
+static INTEGER veiled_single(INTEGER veil, INTEGER more) {
+    INTEGER sum = veil + more, most = OPAQUE;
+    if (OPACITY && veil < OPAQUE && more < OPAQUE) most -= 1;
+    return min(sum, most);
+}
+
+// What spheres take of shadow rays is a veil, or without VEILED the mask of those that are hidden. This
 // adds a sphere that is met.
 static ints taken_with(ints taken, ints met, ints more) {
-    return NEST ? veiled(taken, met, more) : taken | met;
+    return VEILED ? veiled(taken, met, more) : taken | met;
 }
 
 // The shadow rays that nothing is left of.
-static ints takes_all(ints taken) { return NEST ? taken >= OPAQUE : taken; }
+static ints takes_all(ints taken) { return VEILED ? taken >= OPAQUE : taken; }
 
 // Of a ray and a sphere, see above.
 typedef struct {
@@ -176,22 +194,27 @@ static Hit nearest(Ray ray, __global const Sphere *spheres, int sphere_count) {
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + s);
         ints candidates = ahead(q, ray, s);
-        if (ANY(candidates)) hit = closer(hit, candidates, smaller_root(q), s);
+        if (!ANY(candidates)) continue;
+        reals root = smaller_root(q);
+        if (OPACITY) candidates &= behind(ray, root, s);
+        hit = closer(hit, candidates, root, s);
     }
     return hit;
 }
 
-// OCCLUSION: the rays that meet a sphere of a list before that distance, glass as well. ids: their
-// places in the scene's list, 0 if they are that list.
+// OCCLUSION: the rays that meet a sphere of a list before that distance, glass as well; OPACITY: what
+// those take of them. ids: their places in the scene's list, 0 if they are that list.
 static ints met_before(Ray ray, reals distance, __global const Sphere *spheres,
-                       __global const int *ids, int sphere_count) {
+                       __global const int *ids, __global const Glass *glass, int sphere_count) {
     ints found = 0;
     for (int i = 0; i < sphere_count; i++) {
         int s = ids ? ids[i] : i;
         if (s == ray.all_leave) continue;
         Quadratic q = quadratic(ray, spheres + i);
         ints met = ahead(q, ray, s);
-        if (ANY(met)) found |= met & (smaller_root(q) < distance);
+        if (!ANY(met)) continue;
+        met &= smaller_root(q) < distance;
+        found = OPACITY ? veiled(found, met, glass[s].veil) : found | met;
     }
     return found;
 }
@@ -213,7 +236,7 @@ static ints occluded(Ray ray, reals distance, __global const uchar *encloses,
         } else if (!LIGHT_INSIDE || !encloses[s]) {
             met &= -q.b < distance;
         }
-        hidden = taken_with(hidden, met, NEST ? glass[s].veil : 0);
+        hidden = taken_with(hidden, met, VEILED ? glass[s].veil : 0);
     }
     return hidden;
 }

@@ -19,18 +19,31 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw) {
     Aside aside[MAX_ASIDE];
     Splits splits = {0, path.weight > 0, 0};
     Vector first_normal = vector(0, 0, 0);
-    for (path.depth = 1; splits.count > 0 || ANY(path.hit.id >= 0); path.depth++) {
+    path.depth = 1;
+    while (splits.count > 0 || ANY(path.hit.id >= 0)) {
+        Through through;
+        if (OPACITY) {
+            through = translucent_first(scene, &path);
+            reals left = through.weight * (1 - through.part);
+            if (path.depth == 1) alpha = PICK(path.hit.id >= 0, 1 - left, alpha);
+        }
         Place place = arrive(scene, &path);
         first_normal = place.surface.normal;
         if (FILM_PASSES) break;
         add_lights(scene, &path, &place);
-        if (!REFLECTION) break;
-        ints alive = turn(scene, &path, &place, &splits, aside);
-        if (path.depth == scene->max_depth || !ANY(alive)) {
-            if (!SPLIT || splits.count == 0) break;
-            alive = take_aside(&path, &splits, aside);
+        ints alive;
+        if (OPACITY && ANY(through.goes)) {
+            alive = go_through(&path, &through);
+        } else {
+            if (!REFLECTION) break;
+            alive = turn(scene, &path, &place, &splits, aside);
+            if (path.depth == scene->max_depth || !ANY(alive)) {
+                if (!SPLIT || splits.count == 0) break;
+                alive = take_aside(&path, &splits, aside);
+            }
+            path.depth++;
         }
-        go_on(scene, &path, alive);
+        go_on(scene, &path, alive, &through);
     }
     if (FILM_PASSES) return passes_of(scene, &path, first_normal);
     if (SPLIT) path.hash = splits.ended + PICK_INT(splits.traced, path.hash, 0);

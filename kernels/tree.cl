@@ -56,7 +56,7 @@ typedef struct {
     __global const Node *nodes;
     __global const Leaf *leaves;
     Shape shape;
-    __global const Glass *glass;  // NEST: of each sphere
+    __global const Glass *glass;  // VEILED: of each sphere
 } Tree;
 
 #if DOUBLE

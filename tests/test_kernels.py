@@ -96,6 +96,7 @@ SOME: dict[str, set[str]] = {
     "nothing": set(),
     "a tree": {"tree"},
     "glass": {"reflection", "nest"},
+    "what is seen through": {"reflection", "opacity", "tree"},
     "all of few samples": {*LISTED, "tree", "nest", "split", "background", "round"},
     "at random": {*LISTED, "gather", "tree", "round", "lens", "occlusion", "gloss", "indirect"},
 }

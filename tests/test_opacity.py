@@ -4,13 +4,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyopencl as cl
 import pytest
+from conftest import renderer_for
 from msgspec.structs import replace
 
 import clrt
 from clrt import reference
 from clrt.errors import RequestError, SceneError
 from clrt.files.scenewriter import save_scene
+from clrt.renderer.pack.features import features_of
+from clrt.renderer.pack.world import pack_world
 
 MATTE = clrt.Material()
 SKY = clrt.AmbientLight()
@@ -155,3 +159,146 @@ def test_a_shadow_is_a_product() -> None:
         balls = [clrt.Sphere((0, 3 + i, 0), 1, "m", opacity=0.3) for i in range(n)]
         image = reference.trace(replace(lit, spheres=[plane, *balls]), 5, 5).image
         assert image == pytest.approx(0.7**n * full)
+
+
+SIZE = (48, 32)
+EYE = clrt.Camera((0, 0, 3), (0, 0, 0), fov=50)
+LIGHTS = (clrt.Light((3, 5, 4)), clrt.Light((-3, 2, 1), diffuse=(0.3, 0.3, 0.6)))
+LOOKS = {
+    "matte": clrt.Material((0.1, 0.1, 0.1), (0.6, 0.5, 0.4), (0.3, 0.3, 0.3)),
+    "veil": clrt.Material((0.1, 0.1, 0.1), (0.6, 0.5, 0.4), (0.3, 0.3, 0.3), opacity=0.5),
+    "mirror": clrt.Material((0.1, 0.1, 0.1), (0.4, 0.5, 0.4), (1, 1, 1), 200, 0.6),
+    "phong": clrt.Material((0.1, 0, 0), (0.6, 0.1, 0.1), (1, 1, 1), 30, highlight="phong"),
+}
+RANDOM = np.random.default_rng(31)
+
+
+def made(center: Any, radius: Any, opacity: Any, look: Any = "matte", **more: Any) -> clrt.Scene:
+    """A scene of spheres, each of its own colour."""
+    n = len(center)
+    colors = np.random.default_rng(n).uniform(0.2, 1, (n, 3))
+    spheres = clrt.Spheres(center, radius, look, colors, opacity)
+    scene = clrt.Scene(EYE, LIGHTS, LOOKS, spheres, film=clrt.Film(background=(0.1, 0.2, 0.4)))
+    return replace(scene, **more)
+
+
+def heap(n: int, mirrors: float = 0.0, **more: Any) -> clrt.Scene:
+    """n spheres that are in each other, many of which can be seen through."""
+    center, radius = RANDOM.uniform(-1, 1, (n, 3)), RANDOM.uniform(0.3, 1, n) * n ** (-1 / 3)
+    look = np.where(RANDOM.uniform(size=n) < mirrors, "mirror", "matte")
+    opacity = np.where(look == "mirror", 1, RANDOM.choice([0, 0.1, 0.4, 0.8, 1], n))
+    return made(center, radius, opacity, look, **more)
+
+
+def with_ground(scene: clrt.Scene, look: str) -> clrt.Scene:
+    ground = clrt.Spheres([[0, -5001, 0]], 5000, look)
+    return replace(scene, spheres=clrt.Spheres.joined([scene.spheres, ground]))  # type: ignore[list-item]
+
+
+GRID = np.stack(np.meshgrid(*[np.arange(4) / 4 - 0.375] * 3), axis=-1).reshape(-1, 3)
+EDGES = np.where(np.arange(200) % 3 == 0, 1 - 1 / 255, 1 / 255)
+TWELVE = {
+    "a list": heap(30),
+    "a tree": heap(300),
+    "in depth": made(
+        RANDOM.normal(0, 0.02, (60, 3)) + np.arange(60)[:, np.newaxis] * (0, 0, -0.1), 0.4, 0.05
+    ),
+    "nested": made(np.zeros((50, 3)), np.linspace(1, 0.02, 50), 0.06),
+    "equal centres": made(np.repeat(RANDOM.uniform(-1, 1, (20, 3)), 3, axis=0), 0.3, 0.4),
+    "one of 255": made(
+        RANDOM.uniform(-1, 1, (200, 3)), RANDOM.uniform(0.05, 0.3, 200), EDGES
+    ),
+    "mirrors behind": with_ground(heap(40, mirrors=0.5, max_depth=5), "mirror"),
+    "mirrors in a tree": with_ground(heap(200, mirrors=0.3, max_depth=4), "mirror"),
+    "touching": made(GRID, 0.125, np.tile([0.3, 0.6, 1, 0.1], 16)),
+    "orthographic": with_ground(
+        heap(100, camera=clrt.Camera((1, 1, 1), (0, 0, 0), projection="orthographic", height=2.2)),
+        "veil",
+    ),
+    "around the eye and the light": made(
+        [(0, 0, 3), (3, 5, 4), (0, 0, 0), (0, 0, 0.2), (0, 0, -3)], [1, 1, 0.8, 0.7, 1], 0.5
+    ),
+    "all lights": heap(
+        60,
+        lights=(
+            clrt.AmbientLight((0.2, 0.2, 0.3)),
+            clrt.DirectionalLight((-1, -2, -1)),
+            clrt.SpotLight((0, 3, 2), (0, 0, 0), outer_angle=30),
+            clrt.Light((2, 2, 2), attenuation=(0.5, 0.1, 0.1)),
+        ),
+    ),
+    "a long lens": heap(80, camera=clrt.Camera((30, 40, 300), (0, 0, 0), fov=0.6)),
+}  # fmt: skip
+
+
+SLOW = {"a long lens", "all lights", "around the eye and the light"}  # programs of their own
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in TWELVE]
+)
+def test_against_the_truth(device: cl.Device, name: str) -> None:
+    scene = TWELVE[name]
+    truth = reference.trace(scene, *SIZE)
+    renderer = renderer_for(device, 16)
+    image = renderer.render(scene, *SIZE)
+    flips = renderer.paths(scene, *SIZE) != truth.paths
+    assert flips.mean() < 0.01
+    assert (abs(image - truth.image).max(axis=2) > 1 / 1020)[~flips].sum() == 0
+    alpha = renderer.render(scene, *SIZE, alpha=True)[..., 3]
+    assert abs(alpha - truth.alpha)[~flips].max() < 1e-5
+    assert ((truth.alpha > 0.01) & (truth.alpha < 0.99)).mean() > 0.02
+
+
+def test_passes_have_the_first_that_is_there(device: cl.Device) -> None:
+    scene = TWELVE["a tree"]
+    truth = reference.trace(scene, *SIZE)
+    renderer = renderer_for(device, 16)
+    _, passes = renderer.render(scene, *SIZE, passes=("id", "depth", "normal"))
+    same = passes["id"] == truth.id
+    assert same.mean() > 0.998
+    there = same & (truth.id >= 0)
+    assert (scene.spheres.opacity[truth.id[there]] > 0).all()  # type: ignore[attr-defined]
+    assert passes["depth"][there] == pytest.approx(truth.depth[there], rel=1e-5)
+    assert abs(passes["normal"] - truth.normal)[there].max() < 1e-4
+
+
+@pytest.mark.parametrize("name", ["a list", "a tree", "mirrors in a tree"])
+def test_the_order_of_the_list_does_not_matter(device: cl.Device, name: str) -> None:
+    spheres: Any = TWELVE[name].spheres
+    order = np.random.default_rng(1).permutation(len(spheres))
+    looks = np.array(spheres.names)[spheres.material_index[order]]
+    parts = (spheres.center[order], spheres.radius[order])
+    shuffled = clrt.Spheres(*parts, looks, spheres.color[order], spheres.opacity[order])
+    renderer = renderer_for(device, 16)
+    one, two = (
+        renderer.render(replace(TWELVE[name], spheres=some), *SIZE) for some in (spheres, shuffled)
+    )
+    assert abs(one - two).max() < 1e-6
+
+
+def test_a_thousand_in_depth_are_their_sum(device: cl.Device) -> None:
+    """On one ray, of light from all sides: sum of a (1 - a)^i c of the i-th."""
+    n, a = 1000, 1 / 255
+    center = np.array([(0, 0, -1 - 0.01 * i) for i in range(n)])
+    order = np.random.default_rng(2).permutation(n)
+    scene = made(center[order], 0.5, a, lights=(SKY,), film=clrt.Film())
+    colors = np.empty((n, 3))
+    colors[order] = scene.spheres.color  # type: ignore[attr-defined]
+    left = (1 - a) ** np.arange(n)[:, np.newaxis]
+    image = renderer_for(device, 16).render(scene, 3, 3, alpha=True)[1, 1]
+    assert image[:3] == pytest.approx((0.1 * a * left * colors).sum(axis=0), abs=1e-5)
+    assert image[3] == pytest.approx(1 - (1 - a) ** n, abs=1e-5)
+
+
+def test_what_is_opaque_has_the_program_of_before(device: cl.Device) -> None:
+    """And its bits: of materials and of spheres."""
+    spheres: Any = TWELVE["a tree"].spheres
+    plain = clrt.Spheres(spheres.center, spheres.radius, "matte")
+    said = clrt.Spheres(spheres.center, spheres.radius, "matte", opacity=1)
+    scenes = [replace(TWELVE["a tree"], spheres=some) for some in (plain, said)]
+    used = [features_of(pack_world(one, "robust"), one, 16, "float") for one in scenes]
+    assert used[0] == used[1]
+    assert not used[0].opacity
+    one, two = (renderer_for(device, 16).render(scene, *SIZE) for scene in scenes)
+    assert (one == two).all()

@@ -35,8 +35,12 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         {"orthographic", "long_lens"} <= some
         or {"orthographic", "lens"} <= some
         or ("split" in some and not {"nest", "reflection"} <= some)
+        or ("opacity" in some and {"nest", "indirect"} & some)
         or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
-        or (precision == "literal" and {"nest", "round", "long_lens", "tree", *SAMPLED} & some)
+        or (
+            precision == "literal"
+            and {"nest", "opacity", "round", "long_lens", "tree", *SAMPLED} & some
+        )
         or (film == "passes" and some - {"orthographic", "long_lens", "tree", "nest"})
         or (film == "paths" and SAMPLED & some)
         # Where there is one, the film has alpha.
@@ -49,8 +53,13 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
 
 
 APART: tuple[set[str], ...] = (
-    set(), {"hashed", "refine"}, {"refine", *RANDOM}, {"gather", "refine", *RANDOM}
-)  # fmt: skip
+    set(),
+    *(
+        stages | others
+        for stages in ({"hashed", "refine"}, {"refine", *RANDOM}, {"gather", "refine", *RANDOM})
+        for others in ({"opacity"}, {"nest", "split", "indirect"})
+    ),
+)
 SETS = dict.fromkeys(
     tuple(sorted(some - apart))
     for used in map(set, USED)
@@ -102,7 +111,7 @@ LIES = [
     ("paths", PATH),
     ("passes", f"sample.depth *= PICK({LAST}, REAL(1.01), 1);"),
     ("passes", f"sample.normal.y += PICK({LAST}, REAL(0.01), 0);"),
-    ("passes", f"sample.sphere += PICK_INT({LAST}, 1, 0);"),
+    ("passes", f"sample.id += PICK_INT({LAST}, 1, 0);"),
 ]
 
 

@@ -39,6 +39,7 @@ KERNELS = (
     "scene",
     "path",
     "light",
+    "through",
     "onward",
     "trace",
     "samples",

@@ -124,6 +124,13 @@ def scene_for(features: Features) -> Scene:
     spheres += tuple(
         Sphere((0.1, 0.05, 0.35), 0.3 / (k + 1), "clear") for k in range(features.nest)
     )
+    if features.opacity:  # some around others, at equal places and before a mirror
+        veils = ((-0.7, 0.0, -0.6, 0.6), (-0.7, 0.0, -0.6, 0.6), (0.3, 0.2, 0.3, 0.15),
+                 (0.35, 0.2, 0.3, 0.15), (0.0, -0.35, 0.2, 0.2))  # fmt: skip
+        spheres += tuple(
+            Sphere((x, y, z), radius, "veil", opacity=1 - 0.15 * i)
+            for i, (x, y, z, radius) in enumerate(veils)
+        )
     if features.tree:  # a heap of beads, on and behind the others
         random = np.random.default_rng(1)
         beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * TREE_FROM, 3))
@@ -147,7 +154,9 @@ def scene_for(features: Features) -> Scene:
     return Scene(
         camera,
         tuple(lights),
-        {"matte": matte, "ground": ground} | ({"clear": clear} if features.nest else {}),
+        {"matte": matte, "ground": ground}
+        | ({"clear": clear} if features.nest else {})
+        | ({"veil": replace(matte, opacity=0.6, reflection=0.0)} if features.opacity else {}),
         spheres,
         max_depth=3 if features.reflection else 1,
         shadow_bias=1e-3 * literal,

@@ -12,7 +12,7 @@ from clrt.renderer.pack.world import World
 from clrt.scene import lens
 from clrt.scene.camera import Camera
 from clrt.scene.light import DirectionalLight, Shining, SpotLight
-from clrt.scene.scene import Scene, beyond_paper, translucency
+from clrt.scene.scene import Scene, beyond_paper
 
 LANES = (1, 2, 4, 8, 16)
 
@@ -49,6 +49,8 @@ class Features(msgspec.Struct, frozen=True):
     """How many transparent spheres a ray can be inside of at once; 0: there are none."""
     split: bool = False
     """A surface mirrors and transmits."""
+    opacity: bool = False
+    """Spheres can be seen through."""
     background: bool = False
     """Rays that leave the scene after a mirror see something there."""
     round: bool = False
@@ -115,8 +117,6 @@ def features_of(
     """
     if world.precision == "literal" and (key := beyond_paper(scene)):
         raise RequestError(f"precision: literal knows no {key}, expected robust or double")
-    for key in translucency(scene):
-        raise RequestError(f"{key}: the kernels do not know it yet, expected 1")
     seen = Features(
         lanes,
         world.precision,
@@ -141,6 +141,7 @@ def features_of(
         spot=any(isinstance(light, SpotLight) for light in world.shining),
         phong=any(material.highlight == "phong" for material in used),
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
+        opacity=world.opacities is not None,
         background=_shows_background(world, scene),
         round=any(light.is_round for light in world.shining),
         hashed=adaptive and stage == "picture",

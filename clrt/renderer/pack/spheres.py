@@ -106,12 +106,32 @@ def tree_keys(spheres: Spheres) -> Array:
     return keys
 
 
+def opacities(materials: Sequence[Material], material_of: Array, spheres: Spheres) -> Array | None:
+    """(spheres,), what each and its material say; None: all are opaque."""
+    of_materials = np.array([m.opacity for m in materials], np.float64)
+    found = of_materials[material_of] if len(materials) else of_materials
+    if spheres.opacity is not None:
+        found = found * spheres.opacity
+    return found if (found < 1).any() else None
+
+
 def panes(
-    materials: Sequence[Material], material_of: Array, spheres: Spheres, real: Real
+    materials: Sequence[Material],
+    material_of: Array,
+    spheres: Spheres,
+    opacity: Array | None,
+    real: Real,
 ) -> tuple[Array | None, int, Array]:
     """What concerns rays through each sphere, how many they can be inside of, and which spheres are
-    as if they were not there; None, 0 and none if no sphere is transparent."""
+    as if they were not there; None, 0 and none if no sphere lets light through.
+
+    opacity: see opacities(); then no sphere is of glass.
+    """
     none = np.zeros(0, np.int64)
+    if opacity is not None:
+        found = np.zeros(len(spheres), glass_dtype(real))
+        found["veil"] = _veils(1 - opacity, real)
+        return found, 0, np.flatnonzero(opacity == 0)
     transmission = np.array([m.transmission for m in materials], np.float64)
     transparent = (transmission > 0)[material_of] if len(materials) else none
     where = np.flatnonzero(transparent)
@@ -121,8 +141,14 @@ def panes(
     nothing = np.array([glass.is_nothing(m) for m in materials], bool)[material_of[where]]
     found = np.zeros(len(spheres), glass_dtype(real))
     found["order"] = glass.orders(spheres.radius, transparent)
+    found["veil"] = _veils(transmission, real)[material_of]
+    return found, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
+
+
+def _veils(left: Array, real: Real) -> Array:
+    """As whole numbers, see veiled() of sphere.cl: what takes all but these parts of the light."""
     unit = VEIL[real]
     with np.errstate(divide="ignore"):
-        veil = np.minimum(-np.log2(transmission) * unit, 128 * unit - 1)
-    found["veil"] = np.rint(veil).astype(np.int64)[material_of]
-    return found, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
+        veil = np.minimum(-np.log2(left) * unit, 128 * unit - 1)
+    found: Array = np.rint(veil).astype(np.int64)
+    return found

@@ -50,8 +50,10 @@ class World:
     is any, then one for each of the skies."""
     colors: Array | None
     """(spheres, 3) of real, if they have their own."""
+    opacities: Array | None
+    """(spheres,) of real, if some can be seen through."""
     glass: Array | None
-    """(spheres,) of glass_dtype, if some are transparent."""
+    """(spheres,) of glass_dtype, if shadow rays lose a part of their light to some."""
     nest: int
     """How many transparent spheres a ray can be inside of at once."""
     gone: Array
@@ -93,7 +95,8 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     index = {name: i for i, name in enumerate(scene.materials)}
     places = np.array([index[name] for name in many.names or ()], np.int32)
     material_of = places[many.material_index]
-    panes, nest, gone = spheres.panes(materials, material_of, many, real)
+    opacity = spheres.opacities(materials, material_of, many)
+    panes, nest, gone = spheres.panes(materials, material_of, many, opacity, real)
     with overflow(precision):
         packed_materials = _materials(materials, precision)
         shades = _shades(materials, shining, open_ambient, skies, precision)
@@ -114,6 +117,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         packed_materials=packed_materials,
         shades=shades,
         colors=colors,
+        opacities=None if opacity is None else opacity.astype(real),
         glass=panes,
         nest=nest,
         gone=gone,

@@ -1,0 +1,61 @@
+// Through: rays that go straight on where spheres can be seen through, in any number and any order.
+//
+// What a packet's rays see through comes before what is opaque: some lanes go on until each is at an opaque
+// surface, or has met nothing, and the others wait there. So all turn at once, and the depth of a packet
+// is one number. A ray goes on where it began, to what it meets behind the last surface, see behind() of
+// sphere.cl: nothing is kept of what is before, however many surfaces that are.
+
+// Below this weight a ray that has gone through something ends.
+#define LEAST_WEIGHT REAL(0.0009765625)
+
+// How a packet stands to what can be seen through.
+typedef struct {
+    ints goes;   // the lanes that have met it
+    ints waits;  // those at opaque surfaces, while others go on
+    reals part;  // of its light that a surface gives
+    Ray ray;     // as it came there
+    Hit hit;
+    reals weight;
+} Through;
+
+// OPACITY: those of the spheres of each lane.
+static reals opacities_of(__global const real *opacities, ints spheres) {
+    __private const INTEGER *sphere = EACH_INT(spheres);
+    __private reals found[1] = {1};
+    for (int i = 0; i < LANES; i++)
+        if (sphere[i] >= 0) EACH_REAL(found)[i] = opacities[sphere[i]];
+    return found[0];
+}
+
+// OPACITY: PICK for hits.
+static Hit pick_hit(ints mask, Hit yes, Hit no) {
+    Hit hit = {PICK_INT(mask, yes.id, no.id), PICK(mask, yes.distance, no.distance), no.common};
+    if (ANY(mask)) hit.common = yes.common;
+    return hit;
+}
+
+// OPACITY: where some lanes can see through what they have met, the others have met nothing until those
+// are through.
+static Through translucent_first(const Scene *scene, Path *path) {
+    Through through;
+    through.ray = path->ray;
+    through.hit = path->hit;
+    through.weight = path->weight;
+    through.part = opacities_of(scene->opacities, path->hit.id);
+    through.goes = (path->hit.id >= 0) & (through.part < 1);
+    through.waits = 0;
+    if (!ANY(through.goes)) return through;
+    through.waits = (path->hit.id >= 0) & !through.goes;
+    path->hit.id = PICK_INT(through.goes, path->hit.id, -1);
+    path->weight *= through.part;
+    return through;
+}
+
+// OPACITY: the rays as they came, with the weight that is left. Returns the lanes that go on.
+static ints go_through(Path *path, const Through *through) {
+    path->ray = through->ray;
+    path->ray.after = PICK(through->goes, through->hit.distance, path->ray.after);
+    path->ray.last = PICK_INT(through->goes, through->hit.id, path->ray.last);
+    path->weight = PICK(through->goes, through->weight * (1 - through->part), through->weight);
+    return through->goes & (path->weight >= LEAST_WEIGHT);
+}
