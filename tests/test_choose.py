@@ -230,7 +230,7 @@ def test_formats_and_styles_are_listed() -> None:
     for suffix in (".npz", ".dump", ".pdb", ".toml", ".mp4"):
         assert suffix in said
     assert [line.split()[0] for line in run("styles").stdout.splitlines()] == [
-        "soft", "matte", "outline", "mirror",
+        "soft", "matte", "outline", "mirror", "ball-and-stick",
     ]  # fmt: skip
 
 
@@ -254,7 +254,7 @@ def test_formats_and_styles_are_listed() -> None:
         (["--replicate", "1000", "1000", "1000"], "images in all"),
         (["--view", "0,0,0"], "three numbers, not all 0, as 1,1,0"),
         (["--replicate", "2", "2", "2"], "a.npz: --replicate: expected particles in a box"),
-        (["--style", "sofft"], "--style: expected one of soft, matte, outline, mirror, got"),
+        (["--style", "sofft"], "--style: expected one of soft, matte, outline, mirror, ball-and-"),
         (["--projection", "persp"], "--projection: expected orthographic or perspective, got"),
     ],
     ids=str,

@@ -293,7 +293,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"margin": 0.5}, "margin: expected a number from 0 to below 0.5, got 0.5"),
     ({"background": "whitish"}, "background: expected a colour's name, #rgb, #rrggbb or three num"),
     ({"background": (1, 2, 3)}, "background: expected a colour's name, #rgb, #rrggbb or three num"),
-    ({"style": "nice"}, "style: expected one of soft, matte, outline, mirror, got 'nice'"),
+    ({"style": "nice"}, "style: expected one of soft, matte, outline, mirror, ball-and-stick"),
     ({"samples": 0}, "samples: expected a whole number from 1 to 65536, got 0"),
     ({"size": (0, 5)}, "size: expected two whole numbers above 0, got (0, 5)"),
     ({"size": 5}, "size: expected two whole numbers above 0, got 5"),

@@ -13,7 +13,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "styles.md").read_text()
 
 
 def test_the_page_has_the_same_table() -> None:
-    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE, re.M)
+    rows = re.findall(r"^\| `([\w-]+)` \| (.*) \|$", PAGE, re.M)
     assert [name for name, _ in rows] == list(styles.STYLES)
     for name, numbers in rows:
         style, material = styles.STYLES[name], styles.STYLES[name].material

@@ -41,6 +41,7 @@ HEADINGS = {
     ),
     "Their colours": ("color", "colors", "cmap", "clim", "colorbar"),
     "Their radii": ("radius", "scale"),
+    "Their bonds": ("bonds", "bond_radius", "bond_color"),
     "Where they are seen from": (
         "view",
         "up",

@@ -30,6 +30,18 @@ def _radius(context: click.Context, option: click.Parameter, text: str | None) -
         raise click.BadParameter(f"expected {expected}, got {text!r}") from None
 
 
+def _bonds(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    from clrt.particles.particlefile import BONDS
+
+    if text is None or text in BONDS:
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        expected = f"{', '.join(BONDS)} or a distance"
+        raise click.BadParameter(f"expected {expected}, got {text!r}") from None
+
+
 def _clim(context: click.Context, option: click.Parameter, words: Any) -> Any:
     """--clim LO HI, or a word, which Grouped gives twice."""
     if words is None or words[0] in CLIM_WORDS:
@@ -82,6 +94,22 @@ PARTICLE_OPTIONS = (
     click.option("--style", metavar="NAME", help="See 'clrt styles'; default: soft."),
     click.option("--cell", is_flag=True, help="Draw the edges of the box."),
     click.option(
+        "--bonds",
+        metavar="file|auto|X",
+        callback=_bonds,
+        help="The file's; auto: by covalent radii; X: of all that are nearer; none. Default: the "
+        "file's, or else auto, of the style ball-and-stick.",
+    ),
+    click.option(
+        "--bond-radius",
+        type=float,
+        metavar="X",
+        help="Default: 0.15 ångströms, or 0.3 of the least radius where the unit is unknown.",
+    ),
+    click.option(
+        "--bond-color", metavar="atoms|COLOR", help="Default: atoms, each half that of its atom."
+    ),
+    click.option(
         "--view",
         metavar="NAME|X,Y,Z",
         help="Where the camera stands: corner, iso, x, -x, y, -y, z, -z, or three numbers; "
@@ -106,10 +134,11 @@ particle_options = group("drawn", dict, PARTICLE_OPTIONS)
 """How particles are drawn: fields of clrt.figure.Look."""
 
 PARTICLE_KEYS = {
-    key: f"--{key}"
+    key: f"--{key.replace('_', '-')}"
     for key in (
         *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
         *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
+        *("bonds", "bond_radius", "bond_color"),
         *("margin", "background", "samples", "altloc", "assembly"),
     )
 }

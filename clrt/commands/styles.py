@@ -7,6 +7,7 @@ LOOKS = {
     "matte": "one light from the upper left; the fastest",
     "outline": "a line around each particle, for print",
     "mirror": "the paper's mirrors",
+    "ball-and-stick": "as soft, with small balls and the bonds between them",
 }
 
 
@@ -14,4 +15,4 @@ LOOKS = {
 def styles() -> None:
     """Lists the styles of particles: light and surfaces."""
     for name, look in LOOKS.items():
-        click.echo(f"{name:10}{look}")
+        click.echo(f"{name:16}{look}")

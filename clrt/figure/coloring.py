@@ -9,13 +9,15 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt.errors import ParticleWarning, RequestError
+from clrt.figure import bonding
 from clrt.film import color as colors_of
 from clrt.film.decor import legend as legends
 from clrt.particles import choose, elements, expression, palette
 from clrt.particles.neighbours import spacing
-from clrt.particles.particlefile import PLAIN, STYLE_NAMES
+from clrt.particles.particlefile import ATOMS, BALLS, PLAIN, STYLE_NAMES
 from clrt.particles.particles import Particles
 from clrt.particles.texts import Text
+from clrt.scene.capsules import Capsules
 from clrt.scene.film import Cell, Film, LegendEntry
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, did_you_mean, frozen, some
@@ -24,6 +26,8 @@ By = Literal["file", "element", "type", "material", "one", "column", "text"]
 
 STEEL_BLUE = (70, 130, 180)
 """sRGB, of particles of which nothing is known that has a colour."""
+BALL_OF_ATOM, BALL = 0.25, 0.5
+"""The radius of a ball of ball-and-stick: of an element's van der Waals radius, and of another."""
 Legend: TypeAlias = Callable[[], tuple[LegendEntry, ...]]
 
 
@@ -40,6 +44,8 @@ class Meaning(NamedTuple):
     """Of types that have names: that of type t is names[t]. Files number them frame by frame."""
     spare: float | None = None
     """The radius of particles that have none."""
+    bond: float | None = None
+    """The radius of bonds, if there are some."""
 
 
 class Colored(NamedTuple):
@@ -60,6 +66,16 @@ class Colored(NamedTuple):
     """The box that they are in."""
     cell: Cell | None
     """The box that is to be drawn."""
+    bonds: Capsules | None = None
+    ends: Array | None = None
+    """(k, 3): where bonds end at no particle."""
+
+    @property
+    def parts(self) -> list[Spheres]:
+        """Spheres that hold all that is drawn beside the box."""
+        if self.bonds is None or self.ends is None or not len(self.ends):
+            return [self.spheres]
+        return [self.spheres, Spheres(self.ends, self.bonds.radius[0], PLAIN)]
 
 
 def colored(
@@ -78,6 +94,9 @@ def colored(
     cmap: str = "viridis",
     clim: tuple[float, float] | str | None = None,
     cell: bool = False,
+    bonds: Any = None,
+    bond_radius: float | None = None,
+    bond_color: str = ATOMS,
     meaning: Meaning | None = None,
 ) -> Colored:
     """Particles as spheres, as a ParticleFile's fields of the same names say.
@@ -91,11 +110,13 @@ def colored(
     """
     if wrap:
         particles = choose.wrapped(particles)
+    if isinstance(bonds, np.ndarray):
+        particles, bonds = particles.replaced(bonds=bonds), bonding.LISTED
     columns = particles.columns
     kept = choose.selected(columns, len(particles), select, hide, may_be_none=meaning is not None)
     if mask is not None:
         kept = mask if kept is None else kept & mask
-    radii, spare = _radii(particles, radius, meaning)
+    radii, spare = _radii(particles, radius, meaning, is_balls=material == BALLS)
     by, title, column = _by(particles, columns, color, colors, material)
     rows = None if kept is None else np.flatnonzero(kept)
     if rows is not None:
@@ -109,8 +130,14 @@ def colored(
     linear = None if own is None else colors_of.linear(own)
     radii = radii * scale
     many = int(np.prod(replicate))
+    moved = choose.images(particles, replicate) if many > 1 else np.zeros((1, 3))
+    part = particles if kept is None else particles.where(kept)
+    joined = bonding.found(part, bonds, material, says=meaning is None)
+    sticks = ends = thick = None
+    if joined is not None:
+        thick = bond_radius or (meaning and meaning.bond) or bonding.radius_of(part, radii.min())
+        sticks, ends = bonding.capsules(part, joined, thick, bond_color, material, linear, moved)
     if many > 1:
-        moved = choose.images(particles, replicate)
         positions = (positions + moved[:, np.newaxis]).reshape(-1, 3)
         radii = np.tile(radii, many)
         linear = None if linear is None else np.tile(linear, (many, 1))
@@ -123,9 +150,9 @@ def colored(
     box = None if particles.cell is None else box_of(particles, replicate)
     if cell and box is None:
         raise RequestError("cell: expected particles in a box, got none")
-    found = found._replace(spare=spare)
+    found = found._replace(spare=spare, bond=thick)
     drawn = box if cell else None
-    return Colored(spheres, rows, by, title, cmap, found, legend, box, drawn)
+    return Colored(spheres, rows, by, title, cmap, found, legend, box, drawn, sticks, ends)
 
 
 def together(meanings: Sequence[Meaning]) -> Meaning:
@@ -139,7 +166,7 @@ def together(meanings: Sequence[Meaning]) -> Meaning:
         names = _extended(names, one.names)
         numbers |= {names.index(one.names[k]) if one.names != names[: len(one.names)] else k
                     for k in one.numbers}  # fmt: skip
-    return Meaning(clim, kinds, tuple(sorted(numbers)), names, meanings[0].spare)
+    return Meaning(clim, kinds, tuple(sorted(numbers)), names, meanings[0].spare, meanings[0].bond)
 
 
 def _extended(names: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
@@ -187,9 +214,15 @@ def box_of(particles: Particles, replicate: Sequence[int] = (1, 1, 1)) -> Cell:
 
 
 def _radii(
-    particles: Particles, radius: float | Mapping[str, float] | None, meaning: Meaning | None
+    particles: Particles,
+    radius: float | Mapping[str, float] | None,
+    meaning: Meaning | None,
+    is_balls: bool,
 ) -> tuple[Array, float | None]:
-    """(n,), and the radius of those that have none."""
+    """(n,), and the radius of those that have none.
+
+    is_balls: radii that are not given are smaller.
+    """
     n = len(particles)
     if radius is not None and not isinstance(radius, Mapping):
         return np.full(n, radius), None
@@ -204,13 +237,14 @@ def _radii(
     left = np.isnan(found)
     if not left.any():
         return found, None
-    if particles.radii is not None:
-        known: Array = particles.radii
-    elif particles.elements is not None:
-        known = elements.VAN_DER_WAALS[particles.elements] / particles.angstroms
+    if particles.elements is not None and (is_balls or particles.radii is None):
+        known: Array = elements.VAN_DER_WAALS[particles.elements] / particles.angstroms
+        known = known * BALL_OF_ATOM if is_balls else known
+    elif particles.radii is not None:
+        known = particles.radii * BALL if is_balls else particles.radii
     else:
         spare = _spare(particles) if meaning is None or meaning.spare is None else meaning.spare
-        found[left] = spare
+        found[left] = spare * BALL if is_balls else spare
         return found, spare
     return (known if left.all() else np.where(left, known, found)), None
 

@@ -14,7 +14,7 @@ from clrt.figure.framing import PROJECTIONS, Projection
 from clrt.film import color
 from clrt.film.decor import panel
 from clrt.film.decor.cell import corners_of
-from clrt.particles.particlefile import PLAIN, coloring
+from clrt.particles.particlefile import ATOMS, PLAIN, coloring
 from clrt.particles.particles import Particles
 from clrt.scene.film import Cell, Film
 from clrt.scene.scene import Scene
@@ -23,7 +23,7 @@ from clrt.values import Array, did_you_mean, number, require, switches
 
 COLORING = (
     *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "cmap", "clim"),
-    "cell",
+    *("cell", "bonds", "bond_radius", "bond_color"),
 )
 """What a Look and a clrt.ParticleFile have alike."""
 
@@ -47,6 +47,12 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     the colours."""
     cell: bool = False
     """The edges of the particles' box are drawn."""
+    bonds: Any = None
+    """As of a clrt.ParticleFile; or True, the file's, or else "auto"; False, none; or (m, 2),
+    indices of the particles that each one joins."""
+    bond_radius: float | None = None
+    bond_color: str | Sequence[float] = ATOMS
+    """As of a clrt.ParticleFile."""
     view: str | Sequence[float] | None = None
     """Where the camera stands: a name of clrt.figure.framing.VIEWS, or three numbers. None:
     "corner", or "z" if all z are equal."""
@@ -91,6 +97,8 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         elif self.colors is not None:
             color.srgb("colors", self.colors)
         color.srgb("background", self.background)
+        if not (isinstance(self.bond_color, str) and self.bond_color == ATOMS):
+            color.srgb("bond_color", self.bond_color)
         styles.style(self.style)
         try:
             width, height = map(operator.index, self.size)
@@ -114,7 +122,7 @@ def scene(particles: Particles, look: Look, mask: Array | None = None) -> Scene:
         RequestError: naming the key that is wrong, or that the particles do not have the values of.
     """
     made = drawn(particles, look, mask=mask)
-    return scene_of(made, look, [made.spheres], made.cell)
+    return scene_of(made, look, made.parts, made.cell)
 
 
 def drawn(
@@ -180,6 +188,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         lights=styles.lights(style, camera, extent),
         materials={look.style: style.material},
         spheres=made.spheres,
+        capsules=() if made.bonds is None else made.bonds,
         film=film,
         samples=look.samples,
     )

@@ -74,6 +74,9 @@ def plot(
     clim: tuple[float, float] | Literal["first", "all"] | None = None,
     colorbar: str | None = None,
     cell: bool | ArrayLike | None = None,
+    bonds: bool | str | float | ArrayLike | None = None,
+    bond_radius: float | None = None,
+    bond_color: str | Sequence[float] = "atoms",
     wrap: bool = False,
     replicate: Sequence[int] = (1, 1, 1),
     view: str | Sequence[float] | None = None,
@@ -116,6 +119,14 @@ def plot(
         colorbar: the label of a colour bar, or of a legend of elements, types or text; "": none.
             Default: none, but a legend where text gives the colours.
         cell: True draws the particles' box; (3, 3), a row for each edge, draws that one.
+        bonds: True, the particles', or else "auto": of atoms nearer than 1.2 times the sum of their
+            covalent radii, but no two of hydrogen; a distance: of all that are nearer; (m, 2):
+            indices of the particles that each one joins; "file"; False. Default: True with the
+            style "ball-and-stick" as far as elements are known, else none. Bonds across the box are
+            drawn as two halves.
+        bond_radius: default: 0.15 angstroms, or 0.3 of the least radius where neither the unit nor
+            elements are known.
+        bond_color: "atoms": each half that of its particle; or of all.
         wrap: particles are moved into their box.
         replicate: how many images there are along each edge of their box.
         view: where the camera stands: "corner", "iso", "x", "-x", "y", "-y", "z", "-z", or
@@ -126,7 +137,7 @@ def plot(
         projection: "orthographic" or "perspective".
         margin: the part of the picture that stays free at each of its sides.
         transparent: alpha in place of the background.
-        style: "soft", "matte", "outline" or "mirror": docs/styles.md.
+        style: "soft", "matte", "outline", "mirror" or "ball-and-stick": docs/styles.md.
         samples: the most that a pixel gets; 1 is the fastest.
         size: of the picture, columns and rows.
         renderer: default: one for the default device.
@@ -152,7 +163,7 @@ def plot(
             hide=hide,
             wrap=wrap,
             replicate=tuple(replicate),  # type: ignore[arg-type]
-            radius=radii if by_kind else None,  # type: ignore[arg-type]
+            radius=radii if by_kind or radii is None else particles.radii,  # type: ignore[arg-type]
             scale=scale,
             color=color,
             colors=colors if many is None else None,  # type: ignore[arg-type]
@@ -160,6 +171,9 @@ def plot(
             clim=clim,
             colorbar=colorbar,
             cell=cell is not None and cell is not False,
+            bonds=_bonds(bonds),
+            bond_radius=bond_radius,
+            bond_color=bond_color,
             view=view,
             up=up,
             zoom=zoom,
@@ -176,6 +190,11 @@ def plot(
         scene = compose.scene(particles, look, chosen)
     with Renderer() if renderer is None else nullcontext(renderer) as used:
         return Picture(used.render(scene, *look.size, dtype=np.uint8), scene)
+
+
+def _bonds(given: Any) -> Any:
+    """One word for all bonds, a distance, or an array of them."""
+    return given if given is None or np.ndim(given) == 0 else np.asarray(given)
 
 
 def _many(colors: Any) -> Any:

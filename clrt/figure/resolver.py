@@ -1,5 +1,6 @@
 """Resolved: a scene's files of particles as spheres of it."""
 
+import operator
 import os
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from msgspec.structs import replace
 from clrt.errors import RequestError, SceneError
 from clrt.figure.styles import STYLES
 from clrt.particles.particlefile import ParticleFile
+from clrt.scene.capsules import Capsules
 from clrt.scene.film import Film
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
@@ -25,7 +27,7 @@ class Resolver:
     def __init__(self) -> None:
         self._key: Any = None
         self._own: Any = None
-        self._made: tuple[Spheres, Film] | None = None
+        self._made: tuple[Spheres, Capsules, Film] | None = None
 
     def scene(self, scene: Scene) -> Scene:
         """The scene, with its particles as spheres after its own.
@@ -38,14 +40,23 @@ class Resolver:
         if not scene.particles:
             return scene
         key = scene.particles, [_state(one) for one in scene.particles], scene.film
-        if key != self._key or self._own is not scene.spheres or self._made is None:
+        own = scene.spheres, scene.capsules
+        same = self._own is not None and all(map(operator.is_, self._own, own))
+        if key != self._key or not same or self._made is None:
             self._made = None  # the old goes before the new comes
-            self._key, self._own, self._made = key, scene.spheres, _read(scene)
-        spheres, film = self._made
+            self._key, self._own, self._made = key, own, _read(scene)
+        spheres, capsules, film = self._made
         used = (one.material for one in scene.particles)
         materials = {name: STYLES[name].material for name in used if name in STYLES}
         materials |= scene.materials
-        return replace(scene, spheres=spheres, particles=(), materials=materials, film=film)
+        return replace(
+            scene,
+            spheres=spheres,
+            capsules=capsules,
+            particles=(),
+            materials=materials,
+            film=film,
+        )
 
 
 def resolved(scene: Scene) -> Scene:
@@ -53,19 +64,22 @@ def resolved(scene: Scene) -> Scene:
     return Resolver().scene(scene)
 
 
-def _read(scene: Scene) -> tuple[Spheres, Film]:
-    """All its spheres, and its film with the boxes, range and legend of its particles."""
+def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
+    """All its spheres and capsules, and its film with what its particles add to it."""
     from clrt.figure.coloring import (
         decorated,
     )  # imported late: scenes without particles need it not
 
     parts = [_colored(i, one) for i, one in enumerate(scene.particles)]
     own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
+    capsules = [Capsules.of(scene.capsules), *(part.bonds for part in parts if part.bonds)]
+    capsules = [many for many in capsules if len(many)] or capsules[:1]
     try:
         film = decorated(scene.film, parts)
     except RequestError as error:
         raise SceneError(f"film.{error}") from None
-    return Spheres.joined([*own, *(part.spheres for part in parts)]), film
+    spheres = Spheres.joined([*own, *(part.spheres for part in parts)])
+    return spheres, Capsules.joined(capsules), film
 
 
 def _colored(i: int, one: ParticleFile) -> "Colored":

@@ -38,4 +38,4 @@ def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
     one = ParticleFile(str(path), frame, **look.coloring)
     # The particles will add these again.
     film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
-    return replace(scene, spheres=(), particles=(one,), film=film)
+    return replace(scene, spheres=(), capsules=(), particles=(one,), film=film)

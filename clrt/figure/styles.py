@@ -42,6 +42,7 @@ STYLES = {
     "matte": Style(_surface(0.3, 0.7)),
     "outline": Style(_surface(0.4, 0.6), outline=1.0),
     "mirror": Style(_surface(0.1, 0.7, specular=(1.0, 1.0, 1.0), shininess=100.0, reflection=0.5)),
+    "ball-and-stick": Style(_surface(0.5, 0.5), half_angle=10.0, reach=0.25),
 }
 
 

@@ -68,7 +68,7 @@ class Flow:
         if len(seen) > 1:
             with self._opened() as reader:
                 first = self._drawn(self._particles(reader, 0), self._meaning)
-        parts = self._every() if view_all else [first.spheres]
+        parts = self._every() if view_all else first.parts
         some = look.select is not None or look.hide is not None
         with named(path):
             box = first.cell if some else first.box
@@ -107,13 +107,18 @@ class Flow:
 
     def _scene(self, reader: Reader, frame: int) -> Scene:
         made = self._drawn(self._particles(reader, frame), self._meaning)
-        return replace(self._first, spheres=made.spheres, film=decorated(self._film, [made]))
+        return replace(
+            self._first,
+            spheres=made.spheres,
+            capsules=() if made.bonds is None else made.bonds,
+            film=decorated(self._film, [made]),
+        )
 
     def _every(self) -> Iterator[Spheres]:
         """The spheres of each frame."""
         with self._opened() as reader:
             for frame in self.frames:
-                yield self._drawn(self._particles(reader, frame), self._meaning).spheres
+                yield from self._drawn(self._particles(reader, frame), self._meaning).parts
 
     def _looked_at(self, reader: Reader, first: Colored) -> Iterator[Colored]:
         """The frames beside the first that say what colours mean."""
@@ -129,7 +134,7 @@ class Flow:
             alone = Meaning(spare=first.meaning.spare)
             with suppress(ClrtError):  # it is told when the frame is rendered
                 made = self._drawn(self._particles(reader, frame), alone)
-                yield made._replace(spheres=NONE, rows=None)
+                yield made._replace(spheres=NONE, rows=None, bonds=None)
 
     def _particles(self, reader: Reader, frame: int) -> Particles:
         found = reader.frame(frame)

@@ -13,10 +13,15 @@ from clrt.errors import RequestError, SceneError
 from clrt.particles import palette
 from clrt.values import count, number, require, switches
 
-STYLE_NAMES = ("soft", "matte", "outline", "mirror")
+STYLE_NAMES = ("soft", "matte", "outline", "mirror", "ball-and-stick")
 """Materials that a scene need not have: it gets those of clrt.figure.styles."""
 PLAIN = STYLE_NAMES[0]
 """The material of particles, if they are given no other."""
+BALLS = STYLE_NAMES[-1]
+"""Its particles are small, and have their bonds."""
+BONDS = ("file", "auto", "none")
+ATOMS = "atoms"
+"""Bonds have the colours of what they join."""
 
 
 class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -52,6 +57,16 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     those of ten frames, of the "first", or of "all"."""
     cell: bool = False
     """The edges of the file's box are drawn."""
+    bonds: str | float | None = None
+    """ "file": the file's, and those that names of residues tell; "auto": of atoms nearer than 1.2
+    times the sum of their covalent radii, no two of hydrogen; a distance, world units: of all that
+    are nearer; "none". None: "none", but of ball-and-stick the file's, or else "auto" where
+    elements are known."""
+    bond_radius: float | None = None
+    """World units. None: 0.15 angstroms where the file's unit or its elements are known, else 0.3
+    of the least radius."""
+    bond_color: str = ATOMS
+    """ "atoms": each half that of its particle; or sRGB."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.file, str) and self.file != "", "file", "a file's name", self.file)
@@ -89,10 +104,17 @@ def coloring(struct: Any) -> None:
             fine = isinstance(one, int | float | np.number) and bool(0 < one < math.inf)
             require(fine, f"radius[{key}]", "a finite number above 0", one)
         force_setattr(struct, "radius", {key: float(one) for key, one in radii.items()})
-    elif struct.radius is not None:
+    elif struct.radius is not None and not isinstance(struct.radius, np.ndarray):
         number(struct, "radius", "a finite number above 0", lambda radius: radius > 0)
     if isinstance(struct.colors, Mapping):
         force_setattr(struct, "colors", {_key(key): one for key, one in struct.colors.items()})
+    bonds = struct.bonds
+    if not (bonds is None or isinstance(bonds, bool | np.ndarray) or bonds in BONDS):
+        expected = "'file', 'auto', 'none' or a distance above 0"
+        require(not isinstance(bonds, str), "bonds", expected, bonds)
+        number(struct, "bonds", expected, lambda distance: distance > 0)
+    if struct.bond_radius is not None:
+        number(struct, "bond_radius", "a finite number above 0", lambda radius: radius > 0)
     number(struct, "scale", "a finite number above 0", lambda scale: scale > 0)
     good = struct.color is None or (isinstance(struct.color, str) and struct.color != "")
     expected = "'file', 'element', 'type', 'material' or an expression over columns"
