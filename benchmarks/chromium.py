@@ -5,6 +5,7 @@ import io
 import itertools
 import json
 import re
+import resource
 import shutil
 import subprocess
 import time
@@ -18,7 +19,9 @@ from numpy.typing import NDArray
 from PIL import Image
 from websockets.sync.client import connect
 
-PROGRAM = shutil.which("chromium")
+NO_LIMIT = resource.getrlimit(resource.RLIMIT_AS)[0] == resource.RLIM_INFINITY
+PROGRAM = shutil.which("chromium") if NO_LIMIT else None
+"""It takes far more addresses than memory, and does not start where these are few."""
 SHIFT = 8  # of DevTools' modifiers
 KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Enter": 13}
 

@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import clrt
-from benchmarks import chromium
+from benchmarks import chromium, jupyter
 from benchmarks.chromium import PIXELS, Chromium, Page
+from clrt.viewer import orbit
 
 MARIMO = """
 import marimo
@@ -105,16 +107,85 @@ def page(tmp_path: Path) -> Iterator[Page]:
         process.wait()
 
 
+def expected(width: int, height: int) -> np.ndarray:
+    """What a canvas of this size shows at first."""
+    scene = clrt.load_scene("four-spheres")
+    camera = orbit.held(scene.camera, (16, 9), (width, height))
+    return clrt.render(replace(scene, camera=camera), width, height, dtype="uint8")
+
+
 @pytest.mark.slow
 def test_marimo(page: Page) -> None:
     page.wait(READY, 60)
     canvas = f"{FIND}.querySelector('canvas')"
     width, height, pixels = page.value(f"{PIXELS}({canvas})")
     seen = np.array(pixels, np.uint8).reshape(height, width, 4)[..., :3]
-    expected = clrt.render("four-spheres", width, height, dtype="uint8")
-    assert (seen == expected).all()
+    assert (seen == expected(width, height)).all()
     x, y = page.value(f"(b => [b.x + 100, b.y + 100])({canvas}.getBoundingClientRect())")
     page.drag((x, y), (x + 20, y), (x + 60, y + 10))
     page.wait(READY)
     page.value(f"{FIND}.querySelector('button[name=command]').click()")
     assert "position" in page.value(f"{FIND}.querySelector('pre').textContent")
+
+
+CELLS = [
+    "import clrt\nclrt.show('four-spheres')",
+    "import sys, time\nfor _ in range(8):\n    print('x' * 1_000_000); time.sleep(0.1)",
+]
+CELL_COUNT = "document.querySelectorAll('.jp-Cell').length"
+IN_JUPYTER = f"!!{jupyter.VIEW}?.querySelector('button[name=save]:enabled')"
+CANVAS = f"{jupyter.VIEW}.querySelector('canvas')"
+STATUS = f"{jupyter.VIEW}.querySelector('[role=status]').value"
+
+
+@pytest.fixture(params=["lab", "notebook"])
+def book(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
+    """A notebook of Jupyter, whose first cell was run."""
+    if (
+        chromium.PROGRAM is None
+        or find_spec({"lab": "jupyterlab"}.get(request.param, "notebook")) is None
+    ):
+        pytest.skip("no chromium or no Jupyter")
+    jupyter.written(tmp_path / "book.ipynb", CELLS)
+    with (
+        jupyter.served(tmp_path, request.param) as address,
+        Chromium(tmp_path / "profile", (1200, 900)) as browser,
+    ):
+        page = browser.open(address)
+        jupyter.opened(page)
+        jupyter.run(page, 0)
+        page.wait(IN_JUPYTER, 60)
+        yield page
+
+
+def middle(page: Page) -> tuple[float, float]:
+    x, y = page.value(
+        f"(b => [b.x + b.width / 2, b.y + b.height / 2])({CANVAS}.getBoundingClientRect())"
+    )
+    return x, y
+
+
+@pytest.mark.slow
+def test_jupyter(book: Page) -> None:
+    width, height, pixels = book.value(f"{PIXELS}({CANVAS})")
+    seen = np.array(pixels, np.uint8).reshape(height, width, 4)[..., :3]
+    assert (seen == expected(width, height)).all()
+    # Keys are the canvas's own: b adds a cell there, and d d deletes one.
+    x, y = middle(book)
+    book.drag((x, y), (x + 1, y))
+    before = book.value(CELL_COUNT)
+    for key in "oabsddmyxq":
+        book.key(key)
+    assert book.value(CELL_COUNT) == before
+    book.wait(IN_JUPYTER)
+    # jupyter_server drops pictures while a cell prints much.
+    jupyter.run(book, 1)
+    for step in range(40):
+        book.drag((x, y), (x + 10, y + step % 3))
+        book.value("new Promise(done => setTimeout(done, 50))")
+    book.wait(IN_JUPYTER, 20)
+    # A kernel that has gone says so.
+    jupyter.restart(book)
+    book.wait(f"{STATUS} === 'the kernel has gone: run the cell again'")
+    book.drag((x, y), (x + 30, y))
+    assert book.value(STATUS) == "the kernel has gone: run the cell again"

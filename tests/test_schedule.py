@@ -4,7 +4,18 @@ import statistics
 
 import pytest
 
-from clrt.viewer.schedule import AHEAD, FLUENT, GAIN, REST, SCALES, SHARP, Schedule, Task
+from clrt.viewer.schedule import (
+    AHEAD,
+    FLUENT,
+    GAIN,
+    LOSSES,
+    PATIENCE,
+    REST,
+    SCALES,
+    SHARP,
+    Schedule,
+    Task,
+)
 
 
 def moving(schedule: Schedule, now: float) -> Task:
@@ -102,6 +113,57 @@ def test_what_cannot_be_made_is_not_tried_again() -> None:
     schedule.give_up(moving(schedule, 0.0))
     assert schedule.next(10.0) is None
     moving(schedule, 20.0)
+
+
+def test_a_picture_that_is_lost_is_forgotten() -> None:
+    """As by jupyter_server, while a cell prints much."""
+    schedule = Schedule()
+    lost = moving(schedule, 0.0)
+    schedule.sent(lost.number, 0.1)
+    schedule.change(0.2, 1)
+    assert schedule.next(0.2) == pytest.approx(PATIENCE - 0.1)
+    again = schedule.next(0.1 + PATIENCE)
+    assert isinstance(again, Task)
+    assert again.moves
+    schedule.show(again.number, 2.0, 0.0)
+    last = schedule.next(3.0)
+    assert isinstance(last, Task)
+    assert last.is_final
+    schedule.sent(last.number, 3.0)
+    for k in range(1, LOSSES + 1):
+        assert schedule.next(3.0 + k - 0.5) == pytest.approx(0.5)
+        last = schedule.next(3.0 + k)
+        assert isinstance(last, Task)
+        assert last.is_final
+        schedule.sent(last.number, 3.0 + k)
+    assert schedule.next(100.0) is None  # nobody looks
+    moving(schedule, 101.0)
+
+
+def test_a_change_forgets_what_was_at_rest() -> None:
+    schedule = Schedule()
+    moving(schedule, 0.0)
+    still = schedule.next(1.0)
+    assert isinstance(still, Task)
+    schedule.change(1.0, 16)
+    schedule.drop(still)
+    schedule.show(still.number, 1.1, 0.0)
+    assert schedule.moves
+
+
+def test_a_slow_line_is_not_taken_for_one_that_loses() -> None:
+    """Or pictures would wait there, more and more."""
+    schedule, now = Schedule(), 0.0
+    waiting: list[tuple[float, int]] = []
+    for _ in range(100):
+        schedule.change(now, 1)
+        if isinstance(task := schedule.next(now), Task):
+            schedule.sent(task.number, now)
+            waiting.append((max([now, *(at for at, _ in waiting)]) + 1.5, task.number))
+        now += 0.25
+        while waiting and waiting[0][0] <= now:
+            schedule.show(waiting.pop(0)[1], now, 0.0)
+    assert len(waiting) <= 2
 
 
 PIXELS = 1920 * 1080

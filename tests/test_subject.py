@@ -136,8 +136,8 @@ def test_particles_without_a_file() -> None:
 
 
 def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
-    scene = of_figure(clrt.plot(flow, size=(40, 30), samples=1).scene).at(0)
-    subject = of_figure(scene)
+    scene = clrt.plot(flow, size=(40, 30), samples=1).scene
+    subject = of_figure(scene, (40, 30))
     after = subject.seen_by(scene, orbit.turned(scene.camera, 90, 0))
     assert after.lights[0] != scene.lights[0]
 

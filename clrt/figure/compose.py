@@ -16,6 +16,7 @@ from clrt.film.decor import panel
 from clrt.film.decor.cell import corners_of
 from clrt.particles.particlefile import ATOMS, PLAIN, coloring
 from clrt.particles.particles import Particles
+from clrt.scene.camera import Camera
 from clrt.scene.film import Cell, Film
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
@@ -165,23 +166,8 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         colorbar_room=label != "",
     )
     film = decorated(film, [made])
-    room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
-    corners = np.zeros((0, 3)) if box is None else corners_of(box)
-    view = look.view
-    if view is None:
-        view = "z" if framing.is_flat(made.spheres) else "corner"
-    camera = framing.holding(
-        parts,
-        corners,
-        framing.direction(view),
-        look.size,
-        look.projection,
-        look.margin,
-        min(room, (1 - 2 * look.margin) / 2),
-        None if look.up is None else framing.direction(look.up, "up"),
-        look.zoom,
-        None if look.center is None else framing.point(look.center, "center"),
-    )
+    camera = framed(made, look, parts, box, film)
+    corners = _corners(box)
     extent = framing.extent(made.spheres, corners) if style.reach > 0 else 0.0
     return Scene(
         camera=camera,
@@ -192,3 +178,33 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         film=film,
         samples=look.samples,
     )
+
+
+def framed(
+    made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None, film: Film
+) -> Camera:
+    """The camera that sees all that is in view, beside the colour bar or legend of a film.
+
+    Raises:
+        RequestError: as scene().
+    """
+    room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
+    view = look.view
+    if view is None:
+        view = "z" if framing.is_flat(made.spheres) else "corner"
+    return framing.holding(
+        parts,
+        _corners(box),
+        framing.direction(view),
+        look.size,
+        look.projection,
+        look.margin,
+        min(room, (1 - 2 * look.margin) / 2),
+        None if look.up is None else framing.direction(look.up, "up"),
+        look.zoom,
+        None if look.center is None else framing.point(look.center, "center"),
+    )
+
+
+def _corners(box: Cell | None) -> Array:
+    return np.zeros((0, 3)) if box is None else corners_of(box)

@@ -17,6 +17,7 @@ from clrt.files.particles.reader import Reader, Source
 from clrt.motion.animation import checked
 from clrt.particles.particles import Particles
 from clrt.pipeline import in_order
+from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 from clrt.values import Array
@@ -73,9 +74,16 @@ class Flow:
         with named(path):
             box = first.cell if some else first.box
             self._first = compose.scene_of(first, self.look, parts, box)
+        self._seen = first, box
         self._film = replace(self._first.film, cells=())
         self.said = sources.in_file(self._first, Path(path.name), 0, self.look)
         """The scene of the first frame, whose particles stay in their file."""
+
+    def camera(self, size: tuple[int, int]) -> Camera:
+        """The camera that holds the first frame in a picture of so many columns and rows."""
+        first, box = self._seen
+        look = replace(self.look, size=size)
+        return compose.framed(first, look, [first.spheres], box, self._first.film)
 
     def scene(self, frame: int) -> Scene:
         """The scene of a frame.

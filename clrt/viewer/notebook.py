@@ -38,7 +38,8 @@ def show(scene: Any, *, samples: int | None = None) -> "Canvas":
 
 def _subject(given: Any) -> subject.Subject:
     if isinstance(given, Picture):
-        return subject.of_figure(given.scene)
+        height, width = given.pixels.shape[:2]
+        return subject.of_figure(given.scene, (width, height))
     if isinstance(given, Scene):
         return subject.of(given)
     if not isinstance(given, str | Path):

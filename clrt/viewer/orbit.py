@@ -55,6 +55,14 @@ def zoomed(camera: Camera, factor: float, at: Pixel, size: Size) -> Camera:
     return replace(camera, position=position, look_at=look_at, height=height)
 
 
+def held(camera: Camera, frame: Size, size: Size) -> Camera:
+    """The camera zoomed out so that what it sees in a picture of the shape of `frame` is in one of
+    `size` as well, which has another shape."""
+    larger = float((_half(camera, frame) / _half(camera, size)).max())
+    middle = (size[0] - 1) / 2, (size[1] - 1) / 2
+    return camera if larger <= 1 else zoomed(camera, 1 / larger, middle, size)
+
+
 def orthographic(camera: Camera, size: Size) -> Camera:
     """The same view without perspective, nor a lens: as high at look_at."""
     if camera.orthographic:

@@ -196,6 +196,9 @@ class Painter:
             header |= {"samples": task.samples, "moves": task.moves, "final": task.is_final}
             header["size"] = picture.film.shape[1::-1]
             self._send(header, file)
+            with self._changed:
+                self._schedule.sent(task.number, time.perf_counter())
+                self._changed.notify()
 
 
 def _jpeg(film: Array) -> bytes:

@@ -23,6 +23,10 @@ AGAIN = 60
 """Pictures after which a size is tried again that took too long."""
 GAIN = 0.9
 """Of the time that a picture takes, at most, if it was worth it to make it smaller."""
+PATIENCE = 1.0
+"""From when a picture was sent: if no page has drawn it by then it was lost on its way."""
+LOSSES = 4
+"""In a row, after which pictures at rest are not made again: nobody looks."""
 MORE = 4
 """Times as many samples as the picture before has one at rest."""
 
@@ -88,21 +92,29 @@ class Schedule:
         self._changed = 0.0  # when
         self._number = 0
         self._under_way: dict[int, tuple[Task, float]] = {}  # and when it was begun
+        self._sent: dict[int, float] = {}  # when, of those under way
+        self._patience = PATIENCE
+        self._losses = 0  # in a row
+        self._lost: set[int] = set()  # their numbers
         self._shown = 0.0  # when the last one was
         self._pace = Pace()
 
     def change(self, now: float, samples: int) -> None:
         """samples: of the last picture at rest."""
         self.moves, self._changed = True, now
+        self._losses = 0
+        for number in [n for n, (task, _) in self._under_way.items() if not task.moves]:
+            self._end(number)
         self._steps = [samples]
         while self._steps[0] > 1:
             self._steps.insert(0, max(self._steps[0] // MORE, 1))
 
     def next(self, now: float) -> Task | float | None:
         """The task that is due, or how long until it is; None: until something happens."""
+        forgotten = self._forget(now)
         alike = sum(task.moves == self.moves for task, _ in self._under_way.values())
         if alike >= (1 if self.moves else AHEAD) or not (self.moves or self._steps):
-            return None
+            return forgotten
         if not self.moves and now < self._changed + REST:
             return self._changed + REST - now
         self._number += 1
@@ -115,23 +127,51 @@ class Schedule:
         self._under_way[task.number] = task, now
         return task
 
+    def _forget(self, now: float) -> float | None:
+        """Forgets pictures that were lost; returns how long until the next one will be."""
+        for number in [n for n, sent in self._sent.items() if now >= sent + self._patience]:
+            del self._sent[number]
+            task, _ = self._under_way.pop(number)
+            self._losses += 1
+            self._lost.add(number)
+            if not task.moves and self._losses <= LOSSES:
+                self._again(task)
+        waits = [sent + self._patience - now for sent in self._sent.values()]
+        return min(waits) if waits else None
+
+    def _end(self, number: int) -> tuple[Task | None, float]:
+        """Of a picture that is under way no more: what it was, and when it was begun."""
+        self._sent.pop(number, None)
+        return self._under_way.pop(number, (None, 0.0))
+
+    def _again(self, task: Task) -> None:
+        self._steps = sorted({*self._steps, task.samples})
+
     def drop(self, task: Task) -> None:
         """It was not made: it is due again, unless something has changed."""
-        del self._under_way[task.number]
-        if not self.moves:
-            self._steps.insert(0, task.samples)
+        if self._end(task.number)[0] is not None and not self.moves:
+            self._again(task)
 
     def give_up(self, task: Task) -> None:
         """It cannot be made: nothing is due until something changes."""
-        del self._under_way[task.number]
-        self._steps = []
+        if self._end(task.number)[0] is not None:
+            self._steps = []
+
+    def sent(self, number: int, now: float) -> None:
+        """A picture is on its way to the page."""
+        if number in self._under_way:
+            self._sent[number] = now
 
     def show(self, number: int, now: float, busy: float) -> None:
         """A page has drawn a picture.
 
         busy: how long it took to render and encode.
         """
-        task, begun = self._under_way.pop(number, (None, 0.0))
+        task, begun = self._end(number)
+        if number in self._lost:  # the line is slow: it does not lose
+            self._patience *= 2
+            self._lost.clear()
+        self._losses = 0
         if task is not None and task.moves:
             waited = now - max(begun, self._shown)  # for this one alone
             load = max(busy, waited) / FLUENT

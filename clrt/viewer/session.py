@@ -134,10 +134,19 @@ class Session:
         self.scene = subject.at(0)
         """The scene in view, with as many samples as it gets at rest."""
         self._first = samples or self.scene.samples
+        self._is_moved = False  # by hand
         self._reset()
 
     def _reset(self) -> None:
         self.scene = replace(self.subject.at(self._frame), samples=self._first)
+        self._frame_it()
+
+    def _frame_it(self) -> None:
+        """Gives the scene the camera that holds all of it in a picture of this size."""
+        self._is_moved = False
+        if self._size is not None:
+            camera = self.subject.framed(self.subject.at(self._frame), self._size)
+            self.scene = self.subject.seen_by(self.scene, camera)
 
     @property
     def shot(self) -> Shot | None:
@@ -177,6 +186,8 @@ class Session:
         """
         if isinstance(message, Resize):
             self._size = message.width, message.height
+            if not self._is_moved:
+                self._frame_it()
         elif isinstance(message, Reset):
             self._reset()
         elif isinstance(message, Sample):
@@ -192,6 +203,7 @@ class Session:
             with suppress(SceneError), np.errstate(all="ignore"):
                 camera = self._moved(self.scene.camera, message, self._size)
                 self.scene = self.subject.seen_by(self.scene, camera)
+                self._is_moved = True
 
     def _look_at(self, frame: int, stays: bool) -> None:
         """stays: the camera does."""
@@ -199,6 +211,8 @@ class Session:
         if stays:
             scene = self.subject.seen_by(scene, self.scene.camera)
         self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
+        if not stays:
+            self._frame_it()
 
     def _moved(
         self, camera: Camera, message: Turn | Pan | Zoom | Project, size: orbit.Size

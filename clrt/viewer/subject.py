@@ -21,10 +21,19 @@ from clrt.particles.particles import Particles
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 from clrt.values import Array
+from clrt.viewer import orbit
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
     return replace(scene, camera=camera)
+
+
+FRAME = (16, 9)
+"""The shape of what `clrt render` makes of a scene."""
+
+
+def _held(scene: Scene, size: orbit.Size, frame: orbit.Size = FRAME) -> Camera:
+    return orbit.held(scene.camera, frame, size)
 
 
 def _nothing(frame: int, index: int) -> dict[str, Any]:
@@ -48,6 +57,8 @@ class Subject:
     """Whether a file that `clrt render` makes of it says so."""
     seen_by: Callable[[Scene, Camera], Scene] = _moved
     """A scene with another camera."""
+    framed: Callable[[Scene, orbit.Size], Camera] = _held
+    """The camera of one of its scenes that holds all in a picture of so many columns and rows."""
     values: Callable[[int, int], dict[str, Any]] = _nothing
     """The values of a frame's sphere in its file."""
     style: str | None = None
@@ -130,6 +141,7 @@ def of_file(
         is_trajectory=True,
         is_noted=False,
         seen_by=styles.seen_by,
+        framed=lambda scene, size: flow.camera(size),
         values=values,
         style=look.style,
         styled=lambda style: of_file(path, drawn | {"style": style}, words, reading),
@@ -142,20 +154,32 @@ def of_particles(particles: Particles, style: str = PLAIN) -> Subject:
     Raises:
         RequestError: they lack a quantity that is to be drawn.
     """
-    scene = compose.scene(particles, Look(style=style))
+    look = Look(style=style)
+    made = compose.drawn(particles, look)
+    parts = [made.spheres]
+    scene = compose.scene_of(made, look, parts, made.cell)
+
+    def framed(scene: Scene, size: orbit.Size) -> Camera:
+        return compose.framed(made, replace(look, size=size), parts, made.cell, scene.film)
+
     return Subject(
         (),
         lambda frame: scene,
         seen_by=styles.seen_by,
+        framed=framed,
         values=lambda frame, index: _values(particles, index),
         style=style,
         styled=partial(of_particles, particles),
     )
 
 
-def of_figure(scene: Scene) -> Subject:
-    """A scene that was made of particles, whose lights are a style's."""
-    return Subject((), lambda frame: scene, seen_by=styles.seen_by)
+def of_figure(scene: Scene, size: orbit.Size) -> Subject:
+    """A scene that was made of particles, whose lights are a style's.
+
+    size: of the picture that it was made for.
+    """
+    framed = partial(_held, frame=size)
+    return Subject((), lambda frame: scene, seen_by=styles.seen_by, framed=framed)
 
 
 def _values(particles: Particles, index: int) -> dict[str, Any]:

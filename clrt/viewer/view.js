@@ -170,15 +170,21 @@ export function view(root, send) {
     s: () => form.save.click(),
     " ": () => frames > 1 && form.play.click(),
   };
-  canvas.addEventListener("keydown", (event) => {
+  // Plain keys are heard before a notebook, which would delete cells, hears them.
+  const keyed = (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const [target, ...outer] = event.composedPath();
+    if (outer.includes(root)) event.stopPropagation();
+    if (target !== canvas) return;
     const way = ARROWS[event.key], does = KEYS[event.key];
     if (!way && !does) return;
     event.preventDefault();
     if (does) return does();
     const [x, y] = way.map((step) => step * STEP * height);
     change({ do: event.shiftKey ? "pan" : "turn", x, y });
-  });
+  };
+  root.addEventListener("focusin", () => addEventListener("keydown", keyed, true));
+  root.addEventListener("focusout", () => removeEventListener("keydown", keyed, true));
 
   form.reset.onclick = () => change({ do: "reset" });
   form.projection.onclick = () => {
