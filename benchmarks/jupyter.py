@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from benchmarks.chromium import Page
 
@@ -20,7 +20,7 @@ WHERE = {"lab": "lab/tree", "notebook": "notebooks"}
 
 def written(path: Path, cells: Sequence[str]) -> None:
     """A notebook of cells of code."""
-    bare = {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": []}
+    bare: dict[str, Any] = {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": []}
     made = [{**bare, "id": f"c{i}", "source": text} for i, text in enumerate(cells)]
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
     book = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}, "cells": made}
