@@ -20,7 +20,12 @@ WHERE = {"lab": "lab/tree", "notebook": "notebooks"}
 
 def written(path: Path, cells: Sequence[str]) -> None:
     """A notebook of cells of code."""
-    bare: dict[str, Any] = {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": []}
+    bare: dict[str, Any] = {
+        "cell_type": "code",
+        "execution_count": None,
+        "metadata": {},
+        "outputs": [],
+    }
     made = [{**bare, "id": f"c{i}", "source": text} for i, text in enumerate(cells)]
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
     book = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}, "cells": made}
