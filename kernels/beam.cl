@@ -1,4 +1,4 @@
-// Beam: a packet through the tree, at first as one: four planes around its rays.
+// Beam: a packet as one, four planes around its rays, against boxes and spheres of a tree.
 
 // Along the axis `m` with `sign` all its rays go forward; four planes p_a - q p_m >= c or <= c hold
 // them, two for each of the axes a[0] and a[1].
@@ -110,7 +110,7 @@ static uint spheres_in_beam(const Beam *beam, __global const Leaf *leaf, real en
               (leaf)->center[2][k], (leaf)->radius[k])
 
 // TREE: tests those spheres of a leaf. Returns whether one is nearer than what was hit before.
-static bool nearer_in_leaf(__global const Leaf *leaf, uint bits, Hit *hit, Ray ray, ints on) {
+static bool nearer_spheres(__global const Leaf *leaf, uint bits, Hit *hit, Ray ray, ints on) {
     bool found = false;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
@@ -128,54 +128,6 @@ static bool nearer_in_leaf(__global const Leaf *leaf, uint bits, Hit *hit, Ray r
     return found;
 }
 
-// TREE: what the tree has before `found`, as long as a beam pays. Returns whether that is all of it.
-static bool nearest_in_beam(const Tree *tree, Hit *found, Ray ray, ints on, bool common) {
-    real slack = SLACK * largest_coordinate(ray.origin, on);
-    Beam beam = beam_of(ray.origin, ray.direction, on, slack, common);
-    if (!(beam.width < tree->shape.wide)) return false;
-    if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
-    Hit hit = *found;
-    int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
-    real starts[STACK];
-    real end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
-    while (e >= 0 && left > 0) {
-        if (e < tree->shape.node_count) {
-            wides begins;
-            left--;
-            uint bits = boxes_in_beam(&beam, tree->nodes + e, end, &begins);
-            if (bits) {
-                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
-                continue;
-            }
-        } else {
-            __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
-            uint bits = spheres_in_beam(&beam, leaf, end);
-            left -= popcount(bits);
-            if (nearer_in_leaf(leaf, bits, &hit, ray, on))
-                end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
-        }
-        e = next_of(stack, starts, &top, end);
-    }
-    *found = hit;
-    return e < 0;
-}
-
-// TREE: what the tree has before `hit`, for the rays that are on. common: they have one origin.
-static Hit nearest_in_tree(const Tree *tree, Hit hit, Ray ray, ints on, bool common) {
-    if (LANES > 1 && nearest_in_beam(tree, &hit, ray, on, common)) return hit;
-    __private reals distances[1] = {hit.distance};
-    __private ints spheres[1] = {hit.id};
-    Rays rays = rays_of(ray);
-    for (uint bits = lane_bits(on); bits; bits &= bits - 1) {
-        int i = LOWEST_BIT(bits);
-        Single single = single_of(&rays, i);
-        nearest_single(tree, &single, EACH_REAL(distances) + i, EACH_INT(spheres) + i);
-    }
-    hit.distance = distances[0];
-    hit.id = spheres[0];
-    return hit;
-}
-
 // What is left of shadow rays on their way.
 typedef struct {
     ints clear;  // the lanes that something is left of
@@ -183,8 +135,8 @@ typedef struct {
 } Left;
 
 // TREE: tests those spheres of a leaf against shadow rays that end at `distance`, see taken_in_tree().
-static Left left_by_leaf(const Tree *tree, __global const Leaf *leaf, uint bits, Left left, Ray ray,
-                         reals distance, ints on, bool near) {
+static Left left_by_spheres(const Tree *tree, __global const Leaf *leaf, uint bits, Left left,
+                            Ray ray, reals distance, ints on, bool near) {
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
         PACKET_QUADRATIC(ray, leaf, k)
@@ -201,66 +153,4 @@ static Left left_by_leaf(const Tree *tree, __global const Leaf *leaf, uint bits,
     }
     if (VEILED) left.clear = on & (left.veil < OPAQUE);
     return left;
-}
-
-// TREE: what the tree leaves of shadow rays, as long as a beam pays. end: along the beam, no sphere
-// beyond it counts. Returns whether that is all of it.
-static bool left_by_beam(const Tree *tree, const Beam *beam, real end, Left *found, Ray ray,
-                         reals distance, ints on, bool near) {
-    Left left = *found;
-    int stack[STACK], top = 0, budget = tree->shape.budget, e = 0;
-    real starts[STACK];
-    while (e >= 0 && budget > 0) {
-        if (e < tree->shape.node_count) {
-            wides begins;
-            budget--;
-            uint bits = boxes_in_beam(beam, tree->nodes + e, end, &begins);
-            if (bits) {
-                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
-                continue;
-            }
-        } else {
-            __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
-            uint bits = spheres_in_beam(beam, leaf, end);
-            budget -= popcount(bits);
-            left = left_by_leaf(tree, leaf, bits, left, ray, distance, on, near);
-            if (!ANY(left.clear)) top = 0;
-        }
-        e = next_of(stack, starts, &top, INFINITY);
-    }
-    *found = left;
-    return e < 0;
-}
-
-// TREE: what spheres of the tree take of the light of rays that are on, see taken_with(); it comes from
-// `light`, which is outside of all of them and at the end of the rays. near: instead all of those that
-// meet a sphere before that distance, glass as well; OPACITY: their part.
-static ints taken_in_tree(const Tree *tree, Ray ray, reals distance, Vector light, ints on,
-                          bool near) {
-    Left left = {on, 0};
-    if (LANES > 1) {
-        // From the light to the points, for it is common; not from a far one, whose rounding is large.
-        real away = near ? 8 : MOST(on, largest_of(light));
-        real slack = SLACK * fmax(largest_coordinate(ray.origin, on), away <= 4 ? away : (real)0);
-        Vector back = scaled(ray.direction, -1);
-        Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
-                              : beam_of(ray.origin, ray.direction, on, slack, false);
-        // Rays about a surface are wide apart, but most end near by: the budget says what pays.
-        if (beam.width < (near ? INFINITY : tree->shape.wide)) {
-            real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
-            if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
-            if (left_by_beam(tree, &beam, end, &left, ray, distance, on, near))
-                return VEILED ? left.veil : on & !left.clear;
-        }
-    }
-    __private reals limits[1] = {distance};
-    // From the start: what the beam has met would count twice.
-    __private ints taken[1] = {VEILED ? PICK_INT(left.clear, 0, left.veil) : on & !left.clear};
-    Rays rays = rays_of(ray);
-    for (uint bits = lane_bits(left.clear); bits; bits &= bits - 1) {
-        int i = LOWEST_BIT(bits);
-        Single single = single_of(&rays, i);
-        EACH_INT(taken)[i] = taken_single(tree, &single, EACH_REAL(limits)[i], near);
-    }
-    return taken[0];
 }

@@ -117,7 +117,7 @@ static bool covered_in_cone(const Tree *tree, Cover *cover, Ray ray, Cap cap, in
                 continue;
             }
         } else {
-            __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
+            __global const Leaf *leaf = leaf_of(tree, OF_SPHERES, e);
             uint bits = spheres_in_cone(&view, leaf);
             left -= popcount(bits);
             for (; bits; bits &= bits - 1)
@@ -172,7 +172,7 @@ static Cover covered_single(const Tree *tree, const Single *ray, Cap cap, const 
                 continue;
             }
         } else {
-            __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
+            __global const Leaf *leaf = leaf_of(tree, OF_SPHERES, e);
             sum = covered_by_leaf(tree, sum, ray, cap, leaf);
             if (sum_of_ints(sum.hidden) >= (INTEGER)VEIL) top = 0;
         }

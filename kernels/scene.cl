@@ -57,7 +57,7 @@ static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool lin
         } else {
             hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
         }
-        return nearest_in_tree(&scene->tree, hit, ray, on, common);
+        return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
     }
     if (ORTHOGRAPHIC && line) {
         hit = visible_along((Pixels){0}, ray, scene->spheres, scene->sphere_count);
@@ -92,7 +92,7 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
                                    scene->glass, scene->sphere_count);
     on &= !takes_all(taken);
     if (!ANY(on)) return taken;
-    ints more = taken_in_tree(&scene->tree, ray, distance, light, on, false);
+    ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, light, on, false);
     return VEILED ? veiled(taken, on, more) : taken | more;
 }
 
@@ -113,6 +113,6 @@ static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
     met = OPACITY ? PICK_INT(on, met, 0) : on & met;
     ints open = on & !(OPACITY ? met >= OPAQUE : met);
     if (!TREE || !ANY(open)) return met;
-    ints more = taken_in_tree(&scene->tree, ray, distance, FAR_AWAY, open, true);
+    ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, FAR_AWAY, open, true);
     return OPACITY ? veiled(met, open, more) : met | (more != 0);
 }

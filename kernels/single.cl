@@ -1,4 +1,4 @@
-// Single: one ray through the tree, against 16 boxes or spheres at a time.
+// Single: one ray against 16 boxes of a tree, or 16 of its spheres.
 
 // Does one thing for each axis `a`, which is a constant: see FOR_EACH_LAYER.
 #define FOR_EACH_AXIS(thing) AXIS(0, thing) AXIS(1, thing) AXIS(2, thing)
@@ -115,8 +115,8 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real sta
     wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
 
 // TREE: the sphere of a leaf that a ray meets before `distance`, if there is one.
-static void nearest_of_leaf(__global const Leaf *leaf, const Single *ray, real *distance,
-                            INTEGER *sphere) {
+static void nearest_sphere(__global const Leaf *leaf, const Single *ray, real *distance,
+                           INTEGER *sphere) {
     LEAF_QUADRATIC(ray, leaf)
     if (!wide_bits(met)) return;
     __private wides all[1] = {FIRST_ROOT};
@@ -133,62 +133,18 @@ static void nearest_of_leaf(__global const Leaf *leaf, const Single *ray, real *
     }
 }
 
-// TREE: the sphere that a ray meets before `distance`, if there is one.
-static void nearest_single(const Tree *tree, const Single *ray, real *distance, INTEGER *sphere) {
-    Slabs slabs = slabs_of(ray);
-    real start = OPACITY ? fmax(ray->after, (real)0) : 0;
-    int stack[STACK], top = 0;
-    real starts[STACK];
-    for (int e = 0; e >= 0;) {
-        if (e < tree->shape.node_count) {
-            wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *distance, &begins);
-            if (bits) {
-                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
-                continue;
-            }
-        } else {
-            nearest_of_leaf(tree->leaves + (e - tree->shape.node_count), ray, distance, sphere);
-        }
-        e = next_of(stack, starts, &top, *distance);
-    }
-}
-
 // Of taken_with(): all that there is.
 #define ALL (VEILED ? OPAQUE : (INTEGER) - 1)
 
 // TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all (OPACITY: their
 // part), if it meets one before `limit`; else if their middles are before it.
-static INTEGER taken_by_leaf(const Tree *tree, int e, const Single *ray, real limit, bool near,
-                             INTEGER taken) {
-    __global const Leaf *leaf = tree->leaves + (e - tree->shape.node_count);
+static INTEGER taken_by_spheres(const Tree *tree, __global const Leaf *leaf, const Single *ray,
+                                real limit, bool near, INTEGER taken) {
     LEAF_QUADRATIC(ray, leaf)
     uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
     if (bits && ((near && !OPACITY) || !VEILED)) return ALL;
     if (!VEILED) return taken;
     for (; bits; bits &= bits - 1)
         taken = veiled_single(taken, tree->glass[leaf->id[LOWEST_BIT(bits)]].veil);
-    return taken;
-}
-
-// TREE: what spheres take of one shadow ray that ends at `limit`, see taken_in_tree().
-static INTEGER taken_single(const Tree *tree, const Single *ray, real limit, bool near) {
-    INTEGER taken = 0;
-    Slabs slabs = slabs_of(ray);
-    int stack[STACK], top = 0;
-    for (int e = 0; e >= 0;) {
-        if (e < tree->shape.node_count) {
-            wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, 0, limit, &begins);
-            if (bits) {
-                e = descend_anyhow(&tree->shape, e, bits, stack, &top);
-                continue;
-            }
-        } else {
-            taken = taken_by_leaf(tree, e, ray, limit, near, taken);
-            if (taken == ALL) return ALL;
-        }
-        e = top > 0 ? stack[--top] : -1;
-    }
     return taken;
 }

@@ -6,9 +6,9 @@
 // of, stand in a list of Sphere (sphere.cl) beside it, which is tested first (beads.cl).
 //
 // A packet is traced as a beam, four planes around its rays (beam.cl), for as long as that pays, and
-// then ray by ray, 16 boxes or spheres at a time (single.cl). Every way gives the same bits: a sphere
-// is tested by one formula with explicit fma, and of equal distances the first sphere of the list
-// counts.
+// then ray by ray, 16 boxes or spheres at a time (single.cl); walk.cl does both. Every way gives the
+// same bits: a sphere is tested by one formula with explicit fma, and of equal distances the first
+// sphere of the list counts.
 //
 // Space: world axes, the origin at the camera (LONG_LENS: at a point ahead of it), scaled so that
 // the spheres reach about 1. So the order of a tree holds for every camera.
@@ -51,10 +51,14 @@ typedef struct {
     int budget;  // boxes and spheres that a beam may test before it is given up
 } Shape;
 
+// What stands in a tree's leaves. Each kind has a leaf of its own, and in a scene a tree of its own.
+// Functions are given it as a constant, so that the compiler makes a walk for each.
+enum { OF_SPHERES };
+
 // What the functions of a tree are given of it.
 typedef struct {
     __global const Node *nodes;
-    __global const Leaf *leaves;
+    __global const void *leaves;  // of its kind
     Shape shape;
     __global const Glass *glass;  // VEILED: of each sphere
 } Tree;

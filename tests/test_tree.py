@@ -128,35 +128,25 @@ AT_RANDOM = {
 
 BEFORE = '#line 1 "cone.cl"'
 BRUTE = """
-static int leaves_of(Shape shape) { return (shape.node_count - shape.lowest) * shape.per_node; }
-#define FOR_ALL(leaf, k)                                                                   \\
-    for (__global const Leaf *leaf = tree->leaves, *end = leaf + leaves_of(tree->shape);   \\
-         leaf < end; leaf++)                                                               \\
-        for (int k = 0; k < WIDE; k++)
-static Hit nearest_of_all(const Tree *tree, Hit hit, Ray ray, ints on, bool common) {
-    FOR_ALL(leaf, k) {
-        PACKET_QUADRATIC(ray, leaf, k)
-        ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
-        if (ANY(met)) hit = closer_of(hit, met, FIRST_ROOT, leaf->id[k]);
-    }
+#define FOR_ALL(leaf)                                                                        \\
+    for (int e = 0, n = (tree->shape.node_count - tree->shape.lowest) * tree->shape.per_node; \\
+         e < n; e++)                                                                          \\
+        for (__global const void *leaf = leaf_of(tree, kind, tree->shape.node_count + e); leaf; \\
+             leaf = 0)
+static Hit nearest_of_all(const Tree *tree, int kind, Hit hit, Ray ray, ints on, bool common) {
+    FOR_ALL(leaf) nearer_in_leaf(tree, kind, leaf, 0xffff, &hit, ray, on);
     return hit;
 }
-static ints taken_by_all(const Tree *tree, Ray ray, reals distance, Vector light, ints on,
-                         bool near) {
-    ints taken = 0;
-    FOR_ALL(leaf, k) {
-        PACKET_QUADRATIC(ray, leaf, k)
-        ints met = on & (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
-                   ((near ? FIRST_ROOT : -b) < distance);
-        int id = leaf->id[k];
-        if (id >= 0) taken = taken_with(taken, met, NEST && !near ? tree->glass[id].veil : OPAQUE);
-    }
-    return taken;
+static ints taken_by_all(const Tree *tree, int kind, Ray ray, reals distance, Vector light,
+                         ints on, bool near) {
+    Left left = {on, 0};
+    FOR_ALL(leaf) left = left_by_leaf(tree, kind, leaf, 0xffff, left, ray, distance, on, near);
+    return NEST ? left.veil : on & !left.clear;
 }
 #define nearest_in_tree nearest_of_all
 #define taken_in_tree taken_by_all
 """
-"""Every sphere in place of the tree's, one after the other."""
+"""All that a tree has, one after the other."""
 
 
 @pytest.fixture

@@ -32,6 +32,7 @@ KERNELS = (
     "tree",
     "single",
     "beam",
+    "walk",
     "cone",
     "beads",
     "build",

@@ -1,0 +1,192 @@
+// Walk: through the tree of any kind, as a beam for as long as that pays and then ray by ray.
+//
+// A kind tells here how its leaves are tested: by one ray, and by a beam and then a packet.
+
+// TREE: leaf e of a tree, which follows the nodes.
+static __global const void *leaf_of(const Tree *tree, int kind, int e) {
+    return (__global const Leaf *)tree->leaves + (e - tree->shape.node_count);
+}
+
+// TREE: what of a leaf a ray meets before `distance`, if there is something.
+static void nearest_of_leaf(const Tree *tree, int kind, __global const void *leaf,
+                            const Single *ray, real *distance, INTEGER *id) {
+    nearest_sphere(leaf, ray, distance, id);
+}
+
+// TREE: what a leaf takes of a shadow ray beside what is taken, see taken_by_spheres().
+static INTEGER taken_by_leaf(const Tree *tree, int kind, __global const void *leaf,
+                             const Single *ray, real limit, bool near, INTEGER taken) {
+    return taken_by_spheres(tree, leaf, ray, limit, near, taken);
+}
+
+// TREE: what of a leaf the beam meets before `end`, as bits.
+static uint leaf_in_beam(const Tree *tree, int kind, __global const void *leaf, const Beam *beam,
+                         real end) {
+    return spheres_in_beam(beam, leaf, end);
+}
+
+// TREE: tests those of a leaf. Returns whether one is nearer than what was hit before.
+static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
+                           Hit *hit, Ray ray, ints on) {
+    return nearer_spheres(leaf, bits, hit, ray, on);
+}
+
+// TREE: tests those of a leaf against shadow rays, see left_by_spheres().
+static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
+                         Left left, Ray ray, reals distance, ints on, bool near) {
+    return left_by_spheres(tree, leaf, bits, left, ray, distance, on, near);
+}
+
+// TREE: what a ray meets before `distance`, if there is something.
+static void nearest_single(const Tree *tree, int kind, const Single *ray, real *distance,
+                           INTEGER *id) {
+    Slabs slabs = slabs_of(ray);
+    real start = OPACITY ? fmax(ray->after, (real)0) : 0;
+    int stack[STACK], top = 0;
+    real starts[STACK];
+    for (int e = 0; e >= 0;) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *distance, &begins);
+            if (bits) {
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            nearest_of_leaf(tree, kind, leaf_of(tree, kind, e), ray, distance, id);
+        }
+        e = next_of(stack, starts, &top, *distance);
+    }
+}
+
+// TREE: what the tree takes of one shadow ray that ends at `limit`, see taken_in_tree().
+static INTEGER taken_single(const Tree *tree, int kind, const Single *ray, real limit, bool near) {
+    INTEGER taken = 0;
+    Slabs slabs = slabs_of(ray);
+    int stack[STACK], top = 0;
+    for (int e = 0; e >= 0;) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, 0, limit, &begins);
+            if (bits) {
+                e = descend_anyhow(&tree->shape, e, bits, stack, &top);
+                continue;
+            }
+        } else {
+            taken = taken_by_leaf(tree, kind, leaf_of(tree, kind, e), ray, limit, near, taken);
+            if (taken == ALL) return ALL;
+        }
+        e = top > 0 ? stack[--top] : -1;
+    }
+    return taken;
+}
+
+// TREE: what the tree has before `found`, as long as a beam pays. Returns whether that is all of it.
+static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, ints on, bool common) {
+    real slack = SLACK * largest_coordinate(ray.origin, on);
+    Beam beam = beam_of(ray.origin, ray.direction, on, slack, common);
+    if (!(beam.width < tree->shape.wide)) return false;
+    if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
+    Hit hit = *found;
+    int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
+    real starts[STACK];
+    real end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
+    while (e >= 0 && left > 0) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            left--;
+            uint bits = boxes_in_beam(&beam, tree->nodes + e, end, &begins);
+            if (bits) {
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            __global const void *leaf = leaf_of(tree, kind, e);
+            uint bits = leaf_in_beam(tree, kind, leaf, &beam, end);
+            left -= popcount(bits);
+            if (nearer_in_leaf(tree, kind, leaf, bits, &hit, ray, on))
+                end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
+        }
+        e = next_of(stack, starts, &top, end);
+    }
+    *found = hit;
+    return e < 0;
+}
+
+// TREE: what the tree has before `hit`, for the rays that are on. common: they have one origin.
+static Hit nearest_in_tree(const Tree *tree, int kind, Hit hit, Ray ray, ints on, bool common) {
+    if (LANES > 1 && nearest_in_beam(tree, kind, &hit, ray, on, common)) return hit;
+    __private reals distances[1] = {hit.distance};
+    __private ints ids[1] = {hit.id};
+    Rays rays = rays_of(ray);
+    for (uint bits = lane_bits(on); bits; bits &= bits - 1) {
+        int i = LOWEST_BIT(bits);
+        Single single = single_of(&rays, i);
+        nearest_single(tree, kind, &single, EACH_REAL(distances) + i, EACH_INT(ids) + i);
+    }
+    hit.distance = distances[0];
+    hit.id = ids[0];
+    return hit;
+}
+
+// TREE: what the tree leaves of shadow rays, as long as a beam pays. end: along the beam, nothing
+// beyond it counts. Returns whether that is all of it.
+static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end, Left *found,
+                         Ray ray, reals distance, ints on, bool near) {
+    Left left = *found;
+    int stack[STACK], top = 0, budget = tree->shape.budget, e = 0;
+    real starts[STACK];
+    while (e >= 0 && budget > 0) {
+        if (e < tree->shape.node_count) {
+            wides begins;
+            budget--;
+            uint bits = boxes_in_beam(beam, tree->nodes + e, end, &begins);
+            if (bits) {
+                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
+                continue;
+            }
+        } else {
+            __global const void *leaf = leaf_of(tree, kind, e);
+            uint bits = leaf_in_beam(tree, kind, leaf, beam, end);
+            budget -= popcount(bits);
+            left = left_by_leaf(tree, kind, leaf, bits, left, ray, distance, on, near);
+            if (!ANY(left.clear)) top = 0;
+        }
+        e = next_of(stack, starts, &top, INFINITY);
+    }
+    *found = left;
+    return e < 0;
+}
+
+// TREE: what is in the tree takes of the light of rays that are on, see taken_with(); it comes from
+// `light`, which is outside of all of them and at the end of the rays. near: instead all of those that
+// meet something before that distance, glass as well; OPACITY: their part.
+static ints taken_in_tree(const Tree *tree, int kind, Ray ray, reals distance, Vector light,
+                          ints on, bool near) {
+    Left left = {on, 0};
+    if (LANES > 1) {
+        // From the light to the points, for it is common; not from a far one, whose rounding is large.
+        real away = near ? 8 : MOST(on, largest_of(light));
+        real slack = SLACK * fmax(largest_coordinate(ray.origin, on), away <= 4 ? away : (real)0);
+        Vector back = scaled(ray.direction, -1);
+        Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
+                              : beam_of(ray.origin, ray.direction, on, slack, false);
+        // Rays about a surface are wide apart, but most end near by: the budget says what pays.
+        if (beam.width < (near ? INFINITY : tree->shape.wide)) {
+            real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
+            if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
+            if (left_by_beam(tree, kind, &beam, end, &left, ray, distance, on, near))
+                return VEILED ? left.veil : on & !left.clear;
+        }
+    }
+    __private reals limits[1] = {distance};
+    // From the start: what the beam has met would count twice.
+    __private ints taken[1] = {VEILED ? PICK_INT(left.clear, 0, left.veil) : on & !left.clear};
+    Rays rays = rays_of(ray);
+    for (uint bits = lane_bits(left.clear); bits; bits &= bits - 1) {
+        int i = LOWEST_BIT(bits);
+        Single single = single_of(&rays, i);
+        EACH_INT(taken)[i] = taken_single(tree, kind, &single, EACH_REAL(limits)[i], near);
+    }
+    return taken[0];
+}
