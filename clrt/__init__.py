@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from clrt.scene.animation import Animation, Key
     from clrt.scene.camera import Camera
     from clrt.scene.capsules import Capsule, Capsules
-    from clrt.scene.film import Cell, Film, LegendEntry
+    from clrt.scene.film import Cell, Film, Label, LegendEntry
     from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.scene.material import Material
     from clrt.scene.scene import Scene
@@ -72,7 +72,7 @@ _HOMES = {
     "clrt.scene.animation": ("Animation", "Key"),
     "clrt.scene.camera": ("Camera",),
     "clrt.scene.capsules": ("Capsule", "Capsules"),
-    "clrt.scene.film": ("Cell", "Film", "LegendEntry"),
+    "clrt.scene.film": ("Cell", "Film", "Label", "LegendEntry"),
     "clrt.scene.material": ("Material",),
     "clrt.scene.scene": ("Scene",),
     "clrt.scene.spheres": ("Sphere", "Spheres"),
@@ -105,6 +105,7 @@ __all__ = [
     "DirectionalLight",
     "Film",
     "Key",
+    "Label",
     "LegendEntry",
     "Light",
     "Material",

@@ -78,7 +78,7 @@ def test_area(angle: float, width: float) -> None:
 
     At 45 degrees pixels are at few distances from it: there a line of one pixel is up to 12 % off.
     """
-    height = round(width * cell.SIDE)
+    height = round(width / cell.WIDTH)
     size = 2 * height, height
     way = np.array((np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0)) * 0.3
     middle = np.array((0.2, 0.1, 0))

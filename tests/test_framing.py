@@ -85,7 +85,9 @@ def test_the_camera_stands_where_it_is_said(projection: framing.Projection) -> N
 def test_there_is_room_at_the_right(size: tuple[int, int], projection: framing.Projection) -> None:
     """For a colour bar: 0.3 of the width beside a margin of 0.1."""
     for spheres in (CLOUDS["one"], CLOUDS["cloud"], CLOUDS["flat"]):
-        camera = framing.holding([spheres], NO_POINTS, (1, 1, 1), size, projection, 0.1, 0.3)
+        camera = framing.holding(
+            [spheres], NO_POINTS, (1, 1, 1), size, projection, 0.1, (0.3, 0, 0)
+        )
         left, right, bottom, top = on_screen(camera, spheres, size)
         ends = np.array(
             [-left.min() / 0.8, right.max() / 0.2, -bottom.min() / 0.8, top.max() / 0.8]

@@ -224,7 +224,7 @@ def test_a_bar_says_what_the_colours_mean() -> None:
         options = {**SMALL, "size": (640, 480), "colorbar": "all"}
         picture = clrt.plot(particles, **{**options, **given})
         clear = clrt.plot(particles, **{**options, **given, "transparent": True, "margin": 0.0})
-        bar = panel.room(clear.scene.film, (640, 480))
+        bar = panel.room(clear.scene.film, (640, 480))[0]
         bare = replace(clear.scene, film=replace(clear.scene.film, colorbar=""))
         alpha = RENDERER.render(bare, 640, 480, alpha=True)[..., 3]
         assert not alpha[:, 640 - bar + 1 :].any()

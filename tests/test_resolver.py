@@ -131,7 +131,9 @@ def test_a_colour_bar_is_that_of_the_first_column(path: Path) -> None:
     film = resolved(replace(scene, film=look)).film
     assert (film.colorbar_cmap, film.colorbar_clim) == ("plasma", (0, 4))
     own = clrt.Film(colorbar="speed", colorbar_cmap="turbo", colorbar_clim=(1, 2))
-    assert resolved(replace(scene, film=own)).film == own
+    shown = resolved(replace(scene, film=own)).film
+    assert replace(shown, colorbar_ends=(False, False)) == own
+    assert shown.colorbar_ends == (True, False)  # of speeds to 2
     types = resolved(replace(scene, film=look, particles=scene.particles[:1])).film
     assert [entry.name for entry in types.legend] == ["0", "1"]
     bare = replace(scene.particles[0], color="material")

@@ -33,6 +33,8 @@ def group(
 
 CLIM_WORDS = ("first", "all")
 """Of --clim, in place of its two numbers."""
+IN_PLACE = {"--clim": CLIM_WORDS, "--scalebar": ("auto",)}
+"""Options of two values, and words that stand for both."""
 
 HEADINGS = {
     "Picture": ("output", "width", "height", "samples", "style", "background", "transparent"),
@@ -40,6 +42,10 @@ HEADINGS = {
         *("select", "hide", "frame", "altloc", "assembly", "wrap", "replicate", "cell"),
     ),
     "Their colours": ("color", "colors", "cmap", "clim", "colorbar"),
+    "Words": (
+        *("title", "label", "labels", "scalebar", "axes", "colorbar_side", "font_size"),
+        "line_width",
+    ),
     "Their radii": ("radius", "scale"),
     "Their bonds": ("bonds", "bond_radius", "bond_color"),
     "Where they are seen from": (
@@ -67,15 +73,15 @@ class Grouped(click.Command):
         found: list[str] = []
         for word in words:
             name, equals, value = word.partition("=")
-            if name == "--clim" and equals:
-                found.append("--clim")
+            if name in IN_PLACE and equals:
+                found.append(name)
                 word = value
-            elif found and found[-1] == "--clim":
-                pass
+            elif found and found[-1] in IN_PLACE:
+                name = found[-1]
             else:
                 found.append(word)
                 continue
-            found += [word, word] if word in CLIM_WORDS else [word]
+            found += [word, word] if word in IN_PLACE[name] else [word]
         return super().parse_args(context, found)
 
     def format_options(self, context: click.Context, formatter: click.HelpFormatter) -> None:

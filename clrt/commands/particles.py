@@ -52,6 +52,17 @@ def _clim(context: click.Context, option: click.Parameter, words: Any) -> Any:
         raise click.BadParameter(f"expected LO HI, first or all, got {' '.join(words)!r}") from None
 
 
+def _scalebar(context: click.Context, option: click.Parameter, words: Any) -> Any:
+    """--scalebar X LABEL, or auto, which Grouped gives twice."""
+    if words is None or words[0] == "auto":
+        return words and words[0]
+    try:
+        return float(words[0]), words[1]
+    except ValueError:
+        expected = "X LABEL, as 10 '10 nm', or auto"
+        raise click.BadParameter(f"expected {expected}, got {' '.join(words)!r}") from None
+
+
 PARTICLE_OPTIONS = (
     click.option("--select", metavar="EXPR", help="Only these, as 'x > 0 and chain == \"A\"'."),
     click.option("--hide", metavar="EXPR", help="Not these, as water."),
@@ -82,6 +93,42 @@ PARTICLE_OPTIONS = (
     ),
     click.option(
         "--colorbar", metavar="LABEL", help="Draw a colour bar, or a legend of kinds; '': none."
+    ),
+    click.option(
+        "--colorbar-side", metavar="NAME", help="Where the bar is: right or bottom; default: right."
+    ),
+    click.option("--title", metavar="TEXT", help="Above the picture."),
+    click.option(
+        "--label",
+        metavar="TEXT",
+        help="In the upper left corner, with fields as '{frame:03d}': frame, time, step, and "
+        "columns of one value.",
+    ),
+    click.option(
+        "--labels", metavar="EXPR", help="A column that is written at each particle that is seen."
+    ),
+    click.option(
+        "--scalebar",
+        nargs=2,
+        metavar="X LABEL",
+        callback=_scalebar,
+        help="A line of a length, as 10 '10 nm'; or auto.",
+    ),
+    click.option(
+        "--axes",
+        is_flag=False,
+        flag_value="xyz",
+        metavar="[xyz|abc]",
+        help="Which way the axes go, or the box's edges.",
+    ),
+    click.option(
+        "--font-size",
+        metavar="X|PT/WIDTH",
+        help="Of text: a part of the picture's smaller side, or points on a page, as 8pt/85mm; "
+        "default: 1/36 of it.",
+    ),
+    click.option(
+        "--line-width", metavar="X|PT/WIDTH", help="Of the box's edges; default: 1/540 of it."
     ),
     click.option(
         "--radius",
@@ -140,8 +187,9 @@ PARTICLE_KEYS = {
         *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
         *("bonds", "bond_radius", "bond_color"),
         *("margin", "background", "samples", "altloc", "assembly"),
+        *("title", "label", "labels", "scalebar", "axes"),
     )
-}
+} | {"colorbar_side": "--colorbar-side", "font_size": "--font-size", "line_width": "--line-width"}
 """What a key of a Look is called on the command line."""
 
 

@@ -1,15 +1,16 @@
 """Coloring: particles as spheres: which ones, how large they are, of which colour, and what that
 means."""
 
+import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
 
 from clrt.errors import ParticleWarning, RequestError
-from clrt.figure import bonding
+from clrt.figure import bonding, captions
 from clrt.film import color as colors_of
 from clrt.film.decor import legend as legends
 from clrt.particles import choose, elements, expression, palette
@@ -18,7 +19,7 @@ from clrt.particles.particlefile import ATOMS, BALLS, PLAIN, STYLE_NAMES
 from clrt.particles.particles import Particles
 from clrt.particles.texts import Text
 from clrt.scene.capsules import Capsules
-from clrt.scene.film import Cell, Film, LegendEntry
+from clrt.scene.film import Cell, Film, Label, LegendEntry
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, did_you_mean, frozen, some
 
@@ -28,6 +29,9 @@ STEEL_BLUE = (70, 130, 180)
 """sRGB, of particles of which nothing is known that has a colour."""
 BALL_OF_ATOM, BALL = 0.25, 0.5
 """The radius of a ball of ball-and-stick: of an element's van der Waals radius, and of another."""
+UNITS = {"angstrom": "Å", "bohr": "a₀", "um": "µm"}
+"""How some are written."""
+LOGARITHM = re.compile(r"(log10|log)\((.*)\)")
 Legend: TypeAlias = Callable[[], tuple[LegendEntry, ...]]
 
 
@@ -42,6 +46,8 @@ class Meaning(NamedTuple):
     """Of elements and types: those that there are, in order."""
     names: tuple[str, ...] = ()
     """Of types that have names: that of type t is names[t]. Files number them frame by frame."""
+    reach: tuple[float, float] | None = None
+    """The least and the largest finite value of that column, if there is one."""
     spare: float | None = None
     """The radius of particles that have none."""
     bond: float | None = None
@@ -66,6 +72,12 @@ class Colored(NamedTuple):
     """The box that they are in."""
     cell: Cell | None
     """The box that is to be drawn."""
+    labels: tuple[Label, ...]
+    """Texts at the spheres."""
+    label: str
+    """That of the film, with its fields filled."""
+    unit: str
+    """Of lengths, as it is written; "": nobody knows."""
     bonds: Capsules | None = None
     ends: Array | None = None
     """(k, 3): where bonds end at no particle."""
@@ -97,12 +109,15 @@ def colored(
     bonds: Any = None,
     bond_radius: float | None = None,
     bond_color: str = ATOMS,
+    labels: str | None = None,
+    label: str = "",
     meaning: Meaning | None = None,
 ) -> Colored:
     """Particles as spheres, as a ParticleFile's fields of the same names say.
 
     Args:
         mask: (n,) of bool: only these are there.
+        label: that of the film, whose fields are filled.
         meaning: of another frame; then nothing is said again, and no particle may be left.
 
     Raises:
@@ -113,6 +128,7 @@ def colored(
     if isinstance(bonds, np.ndarray):
         particles, bonds = particles.replaced(bonds=bonds), bonding.LISTED
     columns = particles.columns
+    written = None if labels is None else _column("labels", labels, columns, ())
     kept = choose.selected(columns, len(particles), select, hide, may_be_none=meaning is not None)
     if mask is not None:
         kept = mask if kept is None else kept & mask
@@ -122,6 +138,8 @@ def colored(
     if rows is not None:
         radii = radii[rows]
     own, found, legend = _srgb(particles, rows, by, column, cmap, clim, meaning)
+    if by == "column" and found.reach is None and meaning is None:
+        _warn(f"color: no value of {title} is finite: what has none is gray, without a colour bar")
     if isinstance(colors, Mapping):
         own, legend = _overridden(particles, rows, by, column, colors, own, legend, meaning is None)
     elif colors is not None:
@@ -152,13 +170,17 @@ def colored(
         raise RequestError("cell: expected particles in a box, got none")
     found = found._replace(spare=spare, bond=thick)
     drawn = box if cell else None
-    return Colored(spheres, rows, by, title, cmap, found, legend, box, drawn, sticks, ends)
+    texts = () if written is None else tuple(captions.labels(written, rows, spheres))
+    text = captions.filled(label, {**captions.USUAL, **particles.facts}, particles, rows)
+    unit = UNITS.get(particles.unit or "", particles.unit or "")
+    return Colored(
+        spheres, rows, by, title, cmap, found, legend, box, drawn, texts, text, unit, sticks, ends
+    )
 
 
 def together(meanings: Sequence[Meaning]) -> Meaning:
     """What colours mean in several frames: from the least to the largest, and all texts."""
-    ranges = [one.clim for one in meanings if one.clim is not None]
-    clim = (min(low for low, _ in ranges), max(high for _, high in ranges)) if ranges else None
+    clim = _joint(one.clim for one in meanings)
     kinds = tuple(sorted({kind for one in meanings for kind in one.kinds}))
     names: tuple[str, ...] = ()
     numbers = set[int]()
@@ -166,7 +188,14 @@ def together(meanings: Sequence[Meaning]) -> Meaning:
         names = _extended(names, one.names)
         numbers |= {names.index(one.names[k]) if one.names != names[: len(one.names)] else k
                     for k in one.numbers}  # fmt: skip
-    return Meaning(clim, kinds, tuple(sorted(numbers)), names, meanings[0].spare, meanings[0].bond)
+    first, reach = meanings[0], _joint(one.reach for one in meanings)
+    there = tuple(sorted(numbers))
+    return Meaning(clim, kinds, there, names, reach, first.spare, first.bond)
+
+
+def _joint(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:
+    there = [one for one in ranges if one is not None]
+    return (min(low for low, _ in there), max(high for _, high in there)) if there else None
 
 
 def _extended(names: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
@@ -175,23 +204,32 @@ def _extended(names: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def decorated(film: Film, parts: Sequence[Colored]) -> Film:
-    """A film with the boxes of particles, and what it asks for and does not say: the range and the
+    """A film with the boxes and labels of particles, and what it asks for and does not say: the
+    fields of its label, those of the first; the edges that its axes are along; the range and the
     map of its colour bar, those of the first that are coloured by a column, or a legend, that of
     the first that are coloured by element, type or text.
 
     Raises:
-        RequestError: nothing is coloured so.
+        RequestError: nothing is coloured so, or there is no box.
     """
-    film = replace(film, cells=(*film.cells, *(part.cell for part in parts if part.cell)))
+    film = replace(
+        film,
+        cells=(*film.cells, *(part.cell for part in parts if part.cell)),
+        labels=(*film.labels, *(label for part in parts for label in part.labels)),
+        label=next((part.label for part in parts), film.label),
+    )
+    if film.scalebar == "auto" and not film.scalebar_label:
+        film = replace(film, scalebar_label=next((part.unit for part in parts), ""))
+    if film.axes == "abc" and film.axes_edges is None:
+        boxes = [part.box for part in parts if part.box is not None]
+        if not boxes:
+            raise RequestError("axes: expected particles in a box, for abc are its edges")
+        film = replace(film, axes_edges=boxes[0].edges)
     if not film.colorbar or film.legend:
         return film
     for part in parts:
         if part.by == "column":
-            return replace(
-                film,
-                colorbar_cmap=film.colorbar_cmap or part.cmap,
-                colorbar_clim=film.colorbar_clim or part.meaning.clim or (0.0, 1.0),
-            )
+            return _with_bar(film, part)
     if film.colorbar_clim is not None:
         return film
     for part in parts:
@@ -199,6 +237,35 @@ def decorated(film: Film, parts: Sequence[Colored]) -> Film:
             return replace(film, legend=part.legend())
     expected = "particles coloured by a column, by element or by type"
     raise RequestError(f"colorbar: expected {expected}")
+
+
+def _with_bar(film: Film, part: Colored) -> Film:
+    reach, clim = part.meaning.reach, film.colorbar_clim or part.meaning.clim
+    if reach is None or clim is None:
+        return replace(film, colorbar="")
+    of = LOGARITHM.fullmatch(part.title)
+    log: Any = film.colorbar_log or (of[1] if of and _is_whole(of[2]) else "")
+    label = film.colorbar
+    if of and " ".join(label.split()) == part.title:
+        label = of[2]  # the ticks are its values, not their logarithms
+    return replace(
+        film,
+        colorbar=label,
+        colorbar_cmap=film.colorbar_cmap or part.cmap,
+        colorbar_clim=clim,
+        colorbar_log=log,
+        colorbar_ends=(reach[0] < clim[0], reach[1] > clim[1]),
+    )
+
+
+def _is_whole(inside: str) -> bool:
+    """Whether brackets that are opened in it are closed in it."""
+    depth = 0
+    for character in inside:
+        depth += {"(": 1, ")": -1}.get(character, 0)
+        if depth < 0:
+            return False
+    return depth == 0
 
 
 def box_of(particles: Particles, replicate: Sequence[int] = (1, 1, 1)) -> Cell:
@@ -289,7 +356,7 @@ def _by(
     for by in there:
         if by == color:
             return by, by, None
-    found = _column(color, columns, there)
+    found = _column("color", color, columns, there)
     title = " ".join(color.split())
     if isinstance(found, Text):
         return "text", title, found
@@ -299,15 +366,17 @@ def _by(
     return "column", title, found
 
 
-def _column(color: str, columns: Mapping[str, Array | Text], there: Sequence[str]) -> Array | Text:
-    if color not in columns and color.replace("_", "a").isalnum():
+def _column(
+    key: str, given: str, columns: Mapping[str, Array | Text], there: Sequence[str]
+) -> Array | Text:
+    if given not in columns and given.replace("_", "a").isalnum():
         known = list(dict.fromkeys([*there, *columns]))
-        hint = did_you_mean(color, known)
-        raise RequestError(f"color: expected one of {some(known, 20)}, got {color!r}{hint}")
+        hint = did_you_mean(given, known)
+        raise RequestError(f"{key}: expected one of {some(known, 20)}, got {given!r}{hint}")
     try:
-        return expression.evaluate(color, columns)
+        return expression.evaluate(given, columns)
     except RequestError as error:
-        raise RequestError(f"color: {error}") from None
+        raise RequestError(f"{key}: {error}") from None
 
 
 def _srgb(
@@ -354,9 +423,9 @@ def _srgb(
     if column is not None:
         values = part(column)
         limits = known.clim if clim is None or isinstance(clim, str) else clim
-        if limits is None and np.isfinite(values).any():
-            limits = palette.limits(values)
-        return palette.of_values(values, cmap, limits or (0.0, 1.0)), Meaning(clim=limits), tuple
+        reach = palette.limits(values) if np.isfinite(values).any() else None
+        shades = palette.of_values(values, cmap, limits or reach or (0.0, 1.0))
+        return shades, Meaning(clim=limits or reach, reach=_joint([reach, known.reach])), tuple
     return None, Meaning(), tuple
 
 

@@ -1,18 +1,20 @@
 """Compose: the scene that shows particles, as `clrt.plot` and `clrt render PARTICLES` draw them."""
 
 import operator
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from clrt.errors import SceneError
 from clrt.figure import framing, styles
 from clrt.figure.coloring import Colored, Meaning, colored, decorated
 from clrt.figure.framing import PROJECTIONS, Projection
 from clrt.film import color
-from clrt.film.decor import panel
+from clrt.film.decor import panel, words
 from clrt.film.decor.cell import corners_of
 from clrt.particles.particlefile import ATOMS, PLAIN, coloring
 from clrt.particles.particles import Particles
@@ -24,7 +26,7 @@ from clrt.values import Array, did_you_mean, number, require, switches
 
 COLORING = (
     *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "cmap", "clim"),
-    *("cell", "bonds", "bond_radius", "bond_color"),
+    *("cell", "labels", "bonds", "bond_radius", "bond_color"),
 )
 """What a Look and a clrt.ParticleFile have alike."""
 
@@ -54,6 +56,18 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     bond_radius: float | None = None
     bond_color: str | Sequence[float] = ATOMS
     """As of a clrt.ParticleFile."""
+    labels: str | None = None
+    """As of a clrt.ParticleFile."""
+    title: str = ""
+    label: str = ""
+    colorbar_side: Literal["right", "bottom"] = "right"
+    axes: Literal["", "xyz", "abc"] = ""
+    """These as of a clrt.Film."""
+    scalebar: float | tuple[float, str] | Literal["auto"] | None = None
+    """A length, and the text at it; "auto": a round one with its unit."""
+    font_size: float | str = Film().font_size
+    line_width: float | str = Film().line_width
+    """As of a clrt.Film; or points on a page of some width, as "8pt/85mm"."""
     view: str | Sequence[float] | None = None
     """Where the camera stands: a name of clrt.figure.framing.VIEWS, or three numbers. None:
     "corner", or "z" if all z are equal."""
@@ -80,6 +94,14 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         good = self.colorbar is None or isinstance(self.colorbar, str)
         require(good, "colorbar", "a label", self.colorbar)
         switches(self, "cell", "transparent")
+        if isinstance(self.scalebar, tuple | list):
+            good = len(self.scalebar) == 2 and isinstance(self.scalebar[1], str)
+            require(good, "scalebar", "a length and a text, or 'auto'", self.scalebar)
+        for key in ("font_size", "line_width"):
+            _part_of_side(self, key)
+        _words(self)
+        good = self.scalebar is None or self.projection == "orthographic"
+        require(good, "scalebar", "an orthographic projection", self.projection)
         number(self, "margin", "a number from 0 to below 0.5", lambda part: 0 <= part < 0.5)
         good = self.projection in PROJECTIONS
         near = did_you_mean(self.projection, PROJECTIONS)
@@ -109,9 +131,55 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         require(good, "size", "two whole numbers above 0", self.size)
 
     @property
+    def words(self) -> dict[str, Any]:
+        """As a clrt.Film has them."""
+        return _words(self)
+
+    @property
     def coloring(self) -> dict[str, Any]:
         """As a clrt.ParticleFile says it, and coloring.colored() takes it."""
         return {"material": self.style} | {name: getattr(self, name) for name in COLORING}
+
+
+PRINTED = re.compile(r"\s*([\d.]+)\s*pt\s*/\s*([\d.]+)\s*(mm|cm|in)\s*")
+POINTS = {"mm": 72 / 25.4, "cm": 72 / 2.54, "in": 72.0}
+"""In a unit of a page."""
+
+
+def _part_of_side(look: "Look", key: str) -> float:
+    """A size as a part of the picture's smaller side."""
+    given = getattr(look, key)
+    if not isinstance(given, str):
+        return float(given) if isinstance(given, int) else given
+    try:
+        return float(given)
+    except ValueError:
+        pass
+    found = PRINTED.fullmatch(given)
+    expected = "a part of the picture's smaller side, or points on a page as 8pt/85mm"
+    try:
+        width, height = look.size
+        wide = float(found[2]) * POINTS[found[3]] if found else 0.0
+        return float(found[1]) / wide * width / min(width, height) if found else 0 / 0
+    except (ValueError, ZeroDivisionError, TypeError):
+        raise SceneError(f"{key}: expected {expected}, got {given!r}") from None
+
+
+def _words(look: "Look") -> dict[str, Any]:
+    """What a film has to say of them.
+
+    Raises:
+        SceneError: a film cannot.
+    """
+    found: dict[str, Any] = {
+        key: getattr(look, key) for key in ("title", "label", "axes", "colorbar_side")
+    }
+    found |= {key: _part_of_side(look, key) for key in ("font_size", "line_width")}
+    bar = look.scalebar
+    length, text = bar if isinstance(bar, tuple | list) else (bar, "")
+    found |= {"scalebar": length, "scalebar_label": text}
+    Film(**found)
+    return found
 
 
 def scene(particles: Particles, look: Look, mask: Array | None = None) -> Scene:
@@ -139,7 +207,7 @@ def drawn(
     Raises:
         RequestError: as scene().
     """
-    return colored(particles, **look.coloring, meaning=meaning, mask=mask)
+    return colored(particles, **look.coloring, label=look.label, meaning=meaning, mask=mask)
 
 
 def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
@@ -156,7 +224,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
     ground = color.to_linear(color.srgb("background", look.background))
     label = look.colorbar
     if label is None:
-        label = made.title if made.by == "text" else ""
+        label = " " if made.by == "text" else ""
     film = Film(
         background=tuple(ground.tolist()),
         transparent=look.transparent,
@@ -164,8 +232,12 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         outline=style.outline,
         colorbar=label,
         colorbar_room=label != "",
+        **look.words,
     )
     film = decorated(film, [made])
+    if isinstance(look.scalebar, float | int):
+        text = f"{look.scalebar:g} {made.unit}".strip()
+        film = replace(film, scalebar_label=text)
     camera = framed(made, look, parts, box, film)
     corners = _corners(box)
     extent = framing.extent(made.spheres, corners) if style.reach > 0 else 0.0
@@ -183,12 +255,16 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
 def framed(
     made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None, film: Film
 ) -> Camera:
-    """The camera that sees all that is in view, beside the colour bar or legend of a film.
+    """The camera that sees all that is in view, beside the colour bar or legend of a film and below
+    its title.
 
     Raises:
         RequestError: as scene().
     """
-    room = panel.room(film, look.size) / look.size[0] if film.colorbar else 0.0
+    aside, below = panel.room(film, look.size) if film.colorbar else (0, 0)
+    (width, height), most = look.size, (1 - 2 * look.margin) / 2
+    above = words.title_rows(film, look.size)
+    room = min(aside / width, most), min(below / height, most / 2), min(above / height, most / 2)
     view = look.view
     if view is None:
         view = "z" if framing.is_flat(made.spheres) else "corner"
@@ -199,7 +275,7 @@ def framed(
         look.size,
         look.projection,
         look.margin,
-        min(room, (1 - 2 * look.margin) / 2),
+        room,
         None if look.up is None else framing.direction(look.up, "up"),
         look.zoom,
         None if look.center is None else framing.point(look.center, "center"),

@@ -92,7 +92,7 @@ def holding(
     size: tuple[int, int],
     projection: Projection = "orthographic",
     margin: float = 0.0,
-    room: float = 0.0,
+    room: tuple[float, float, float] = (0.0, 0.0, 0.0),
     up: Vec3 | None = None,
     zoom: float = 1.0,
     center: Vec3 | None = None,
@@ -105,7 +105,8 @@ def holding(
         towards: the way from the middle to the camera.
         size: of the picture, columns and rows.
         margin: the part of the picture that stays free at each of its sides.
-        room: the part that stays free at its right as well, for a colour bar.
+        room: the parts that stay free as well, for a colour bar or a title: at its right, at its
+            bottom and at its top.
         up: None: +z, or +y if `towards` goes along z.
         zoom: how much larger all is than where all is in view.
         center: what is in the middle of what does not stay free; None: the middle of all.
@@ -122,9 +123,8 @@ def holding(
     axes = np.array(Camera(towards, (0.0, 0.0, 0.0), up).basis())
     aspect = size[0] / size[1]
     # How far spheres and points may reach from the middle of the picture to the right, to the
-    # left and up, in halves of its width and height.
-    inner = 1 - 2 * margin
-    reach = np.array([[inner - 2 * room, inner], [inner, inner]])
+    # left, up and down, in halves of its width and height.
+    reach = 1 - 2 * margin - 2 * np.array([[room[0], 0], [room[2], room[1]]])
     seen = None if center is None else axes @ center
     if projection == "orthographic":
         low, high = _extent(parts, corners, axes)

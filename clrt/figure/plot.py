@@ -77,6 +77,14 @@ def plot(
     bonds: bool | str | float | ArrayLike | None = None,
     bond_radius: float | None = None,
     bond_color: str | Sequence[float] = "atoms",
+    title: str = "",
+    label: str = "",
+    labels: str | None = None,
+    scalebar: float | tuple[float, str] | Literal["auto"] | None = None,
+    axes: bool | Literal["", "xyz", "abc"] = False,
+    colorbar_side: Literal["right", "bottom"] = "right",
+    font_size: float | str = 1 / 36,
+    line_width: float | str = 1 / 540,
     wrap: bool = False,
     replicate: Sequence[int] = (1, 1, 1),
     view: str | Sequence[float] | None = None,
@@ -127,6 +135,17 @@ def plot(
         bond_radius: default: 0.15 angstroms, or 0.3 of the least radius where neither the unit nor
             elements are known.
         bond_color: "atoms": each half that of its particle; or of all.
+        title: a text above.
+        label: a text in the upper left corner; fields in braces, as of str.format(): "frame",
+            "time", "step" and columns that have one value.
+        labels: a column, or an expression, that is written at each particle that is seen.
+        scalebar: a length that is drawn, or (length, text), or "auto" for a round one. The
+            projection must be orthographic.
+        axes: True or "xyz" draws which way the axes go, "abc" the box's edges.
+        colorbar_side: where the bar is, "right" or "bottom".
+        font_size: an em, as a part of the picture's smaller side, or points on a page, as
+            "8pt/85mm" where the picture is printed 85 mm wide.
+        line_width: of the box's edges, likewise.
         wrap: particles are moved into their box.
         replicate: how many images there are along each edge of their box.
         view: where the camera stands: "corner", "iso", "x", "-x", "y", "-y", "z", "-z", or
@@ -174,6 +193,14 @@ def plot(
             bonds=_bonds(bonds),
             bond_radius=bond_radius,
             bond_color=bond_color,
+            title=title,
+            label=label,
+            labels=labels,
+            scalebar=scalebar,
+            axes="xyz" if axes is True else axes or "",
+            colorbar_side=colorbar_side,
+            font_size=font_size,
+            line_width=line_width,
             view=view,
             up=up,
             zoom=zoom,

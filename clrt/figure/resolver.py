@@ -9,6 +9,7 @@ import msgspec
 from msgspec.structs import replace
 
 from clrt.errors import RequestError, SceneError
+from clrt.figure import captions
 from clrt.figure.styles import STYLES
 from clrt.particles.particlefile import ParticleFile
 from clrt.scene.capsules import Capsules
@@ -38,7 +39,9 @@ class Resolver:
             OutputError: it does not fit into memory.
         """
         if not scene.particles:
-            return scene
+            if "{" not in scene.film.label:
+                return scene
+            return captions.captioned(scene, {"frame": 0, "time": 0.0})
         key = scene.particles, [_state(one) for one in scene.particles], scene.film
         own = scene.spheres, scene.capsules
         same = self._own is not None and all(map(operator.is_, self._own, own))
@@ -70,7 +73,8 @@ def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
         decorated,
     )  # imported late: scenes without particles need it not
 
-    parts = [_colored(i, one) for i, one in enumerate(scene.particles)]
+    label = scene.film.label
+    parts = [_colored(i, one, label) for i, one in enumerate(scene.particles)]
     own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
     capsules = [Capsules.of(scene.capsules), *(part.bonds for part in parts if part.bonds)]
     capsules = [many for many in capsules if len(many)] or capsules[:1]
@@ -82,7 +86,7 @@ def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
     return spheres, Capsules.joined(capsules), film
 
 
-def _colored(i: int, one: ParticleFile) -> "Colored":
+def _colored(i: int, one: ParticleFile, label: str) -> "Colored":
     from clrt.figure.coloring import colored
     from clrt.files.particles.reader import read
 
@@ -94,7 +98,7 @@ def _colored(i: int, one: ParticleFile) -> "Colored":
     drawn = msgspec.structs.asdict(one)
     del drawn["file"], drawn["frame"]
     try:
-        return colored(particles, **drawn)
+        return colored(particles, **drawn, label=label)
     except RequestError as error:
         raise SceneError(f"{where}.{error}, {one.file}") from None
 

@@ -37,5 +37,11 @@ def in_file(scene: Scene, path: Path, frame: int, look: Look) -> Scene:
     """The same scene, but its particles stay in their file."""
     one = ParticleFile(str(path), frame, **look.coloring)
     # The particles will add these again.
-    film = replace(scene.film, cells=(), legend=(), colorbar_cmap=None, colorbar_clim=None)
+    film = replace(
+        scene.film,
+        **dict.fromkeys(("cells", "legend", "labels"), ()),
+        **dict.fromkeys(("colorbar_cmap", "colorbar_clim", "axes_edges"), None),
+        label=look.label,
+        colorbar_ends=(False, False),
+    )
     return replace(scene, spheres=(), capsules=(), particles=(one,), film=film)

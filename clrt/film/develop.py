@@ -1,6 +1,7 @@
 """Develop: the steps of a picture after it was traced, always in this order:
 
-    denoise -> depth cue -> outline -> cells, colour bar -> background -> clip -> transfer -> bytes
+    denoise -> depth cue -> outline -> cells, labels, colour bar, words -> background -> clip ->
+    transfer -> bytes
 
 The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
 (..., 4): linear red, green and blue, premultiplied by the alpha that comes last. The kernel has
@@ -22,6 +23,9 @@ Array = NDArray[Any]
 
 BLOCK = 1 << 14  # pixels that are developed at a time: their arrays stay in the cache
 
+EVERYWHERE = 1 << 31
+"""More pixels than a picture has each way."""
+
 NEARER = 0.25
 """How far a line lies on the nearer side of its edge, in pixels: so it is as many pixels wide as it
 is to be, with even numbers as with odd ones."""
@@ -29,12 +33,13 @@ is to be, with even numbers as with odd ones."""
 
 def needs_passes(film: Film) -> bool:
     """Whether some step looks at depths and ids."""
-    return film.outline > 0 or film.depth_cue != (0, 0) or bool(film.cells)
+    return film.outline > 0 or film.depth_cue != (0, 0) or bool(film.cells or film.labels)
 
 
 def has_marks(film: Film) -> bool:
     """Whether something is drawn over the picture: clrt.decor has it."""
-    return bool(film.cells) or bool(film.colorbar)
+    words = film.title or film.label or film.axes or film.scalebar is not None
+    return bool(film.cells or film.colorbar or film.labels or words)
 
 
 def has_steps(film: Film, dtype: np.dtype[Any], alpha: bool) -> bool:
@@ -62,6 +67,8 @@ def blur(film: Film, samples: int) -> int:
 
 def halo(film: Film, samples: int = 1) -> int:
     """How many pixels around a region its steps look at."""
+    if film.labels:  # one that is elsewhere may take the place of one that would be here
+        return EVERYWHERE
     line = int(line_width(film, samples) / 2 + 0.5 + NEARER) + 1 if film.outline > 0 else 0
     return max(line, int(samples > 1 and film.depth_cue != (0, 0)))
 

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import DTypeLike, NDArray
 
 from clrt.errors import RequestError, SceneError
+from clrt.figure.captions import captioned
 from clrt.figure.rendering import Renderer
 from clrt.opencl.device import check_process
 from clrt.pipeline import in_order
@@ -181,7 +182,10 @@ class Way:
         Raises:
             SceneError: no camera can be there.
         """
-        return replace(self.said, camera=self.camera(frame))
+        found = replace(self.said, camera=self.camera(frame))
+        if "{" not in found.film.label or found.particles:
+            return found
+        return captioned(found, {"frame": frame, "time": frame / self.fps})
 
     def scenes(self, frames: Iterable[int]) -> Generator[Scene, None, None]:
         """The scenes of some frames, one after the other."""

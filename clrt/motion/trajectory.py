@@ -75,7 +75,8 @@ class Flow:
             box = first.cell if some else first.box
             self._first = compose.scene_of(first, self.look, parts, box)
         self._seen = first, box
-        self._film = replace(self._first.film, cells=())
+        # Each frame has its own.
+        self._film = replace(self._first.film, cells=(), labels=(), label=look.label)
         self.said = sources.in_file(self._first, Path(path.name), 0, self.look)
         """The scene of the first frame, whose particles stay in their file."""
 

@@ -67,6 +67,8 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     of the least radius."""
     bond_color: str = ATOMS
     """ "atoms": each half that of its particle; or sRGB."""
+    labels: str | None = None
+    """A column, or an expression over columns, that is written at each particle that is seen."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.file, str) and self.file != "", "file", "a file's name", self.file)
@@ -86,7 +88,7 @@ def _key(key: Any) -> str:
 
 def coloring(struct: Any) -> None:
     """Checks which particles are drawn and how: what a ParticleFile and a Look have alike."""
-    for key in ("select", "hide"):
+    for key in ("select", "hide", "labels"):
         text = getattr(struct, key)
         require(text is None or isinstance(text, str), key, "an expression", text)
     switches(struct, "wrap")

@@ -38,6 +38,7 @@ class Particles:
         bonds: (m, 2) indices of two different particles each.
         unit: that of all lengths, as "angstrom" or "nm".
         periodic: along which edges of the box there are images of the particles.
+        facts: what is known of all of them, by name: numbers, as of "frame", "time" and "step".
 
     An array is kept as it is if nobody else can write to it; else it is copied.
 
@@ -60,6 +61,7 @@ class Particles:
         bonds: ArrayLike | None = None,
         unit: str | None = None,
         periodic: Sequence[bool] = ALONG_ALL,
+        facts: Mapping[str, float] | None = None,
     ) -> None:
         self.positions: Array = floats("positions", _spatial(positions), 3)
         self.radii = None if radii is None else self._radii(radii)
@@ -85,6 +87,7 @@ class Particles:
         self.unit = unit
         self.periodic = tuple(map(bool, periodic))
         require(len(self.periodic) == 3, "periodic", "three times True or False", periodic)
+        self.facts = dict(facts or {})
 
     def __len__(self) -> int:
         return len(self.positions)

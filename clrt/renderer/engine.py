@@ -146,6 +146,8 @@ class Engine:
         kinds = exposures(scene, dtype, alpha, names)
         programs = self._programs_of(scene, kinds)
         own = programs[kinds[0]]
+        if "alpha" in programs:
+            decorations.drawings(scene, size, None)  # what is wrong there is said before the work
         arguments = self._dispatcher.arguments(scene, width, height, own[0], self.kernel_seconds)
         seconds, found, seen = 0.0, {}, None
 
@@ -179,8 +181,7 @@ class Engine:
                 near = seen.sphere[y : y + len(exposed), x : x + exposed.shape[1]]
                 exposed = develop.denoised(exposed, near, reach)[inside]
             image = self._dispatcher.blank(shape, dtype) if out is None else out
-            depth = None if seen is None else seen.depth[seen.picture]
-            marks = decorations.marks(scene, size, box, alpha, depth)
+            marks = decorations.marks(scene, size, box, alpha, seen)
             develop.develop(exposed, scene.film, image, seen, marks)
         else:
             image, more = expose(own, box, out=out, progress=progress)

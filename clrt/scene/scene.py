@@ -74,6 +74,12 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         bar = self.film.colorbar and not self.film.legend
         good = not bar or self.film.colorbar_clim is not None or len(self.particles) > 0
         require(good, "film.colorbar_clim", "two numbers beside colorbar", None)
+        good = (
+            self.film.axes != "abc" or self.film.axes_edges is not None or len(self.particles) > 0
+        )
+        require(good, "film.axes_edges", "three rows beside axes of abc", None)
+        good = self.film.scalebar is None or self.camera.orthographic
+        require(good, "film.scalebar", "none with a perspective camera", self.film.scalebar)
         count(self, "max_depth", 1, MAX_DEPTH)
         number(self, "shadow_bias", "a finite number, at least 0", lambda bias: bias >= 0)
         count(self, "samples", 1, MAX_SAMPLES)

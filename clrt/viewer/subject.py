@@ -86,16 +86,16 @@ def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
         SceneError: it cannot be read, or is not a scene.
     """
     given = as_scene(source)
-    scene, is_noted = resolved(given), not given.particles
+    scene, is_noted = resolved(given) if given.particles else given, not given.particles
     words = () if isinstance(source, Scene) else (str(source), *words)
     if scene.animation is None:
         return Subject(words, lambda frame: scene, is_noted=is_noted)
     way = Way(scene)
     way.check(all_frames(scene))
-    still = replace(scene, animation=None)  # a camera that is moved by hand may not suit its keys
 
     def at(frame: int) -> Scene:
-        return replace(still, camera=way.camera(frame))
+        # A camera that is moved by hand may not suit its keys.
+        return replace(way.scene(frame), animation=None)
 
     moves = scene.animation
     return Subject(words, at, moves.frames, moves.fps, is_noted=is_noted)

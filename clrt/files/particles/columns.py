@@ -115,6 +115,7 @@ def particles(
     bonds: ArrayLike | None = None,
     unit: str | None = None,
     periodic: Sequence[bool] = ALONG_ALL,
+    facts: Mapping[str, float] | None = None,
 ) -> Particles:
     """Particles of columns of numbers or names.
 
@@ -125,7 +126,7 @@ def particles(
         source: the file's name, for messages.
         type_names: those that a column of types counts.
         line_of: the line of a row, for errors; None: rows are named.
-        bonds, unit, periodic: as Particles has them.
+        bonds, unit, periodic, facts: as Particles has them.
 
     Particles without a finite position, and those whose radius is 0 or not finite, are left out.
     Warnings (ParticleWarning) count them, and name whatever is not used.
@@ -171,6 +172,7 @@ def particles(
             else bonds_among(np.asarray(bonds).reshape(-1, 2), mask),
             unit,
             periodic,
+            facts,
         )
     except RowError as error:
         if error.row is None or error.key == "bonds" or line_of is None:

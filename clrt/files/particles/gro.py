@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from clrt import memory
+from clrt.files.particles import rules
 from clrt.files.particles.columns import particles
 from clrt.files.particles.text import Lines, is_number
 from clrt.particles.particles import Particles
@@ -13,6 +14,8 @@ from clrt.values import Array
 
 TOUCHING = re.compile(r"-?\d+\.\d{5}")
 """Numbers of the box, which have 5 digits behind the point."""
+FACT = re.compile(r"\b(t|step)= *(\S+)")
+"""What GROMACS writes at the end of a title."""
 NAMES = 20
 """Bytes before the numbers of a line: residue's number and name, atom's name and number."""
 
@@ -29,7 +32,7 @@ def read(lines: Lines) -> Particles:
     Raises:
         SceneError: naming file, line and what was expected.
     """
-    lines.line()  # a title
+    title = lines.line() or ""
     n = lines.count(lines.line(), NAMES)
     memory.require(200 * n, f"{lines.path}: {n} particles", "take fewer")
     start = lines.number
@@ -62,7 +65,9 @@ def read(lines: Lines) -> Particles:
     }  # fmt: skip
     for i, axis in enumerate("xyz" if np.isfinite(positions[:, 3:]).any() else ""):
         columns[f"v{axis}"] = positions[:, 3 + i]
-    return particles(columns, str(lines.path), cell, unit="nm")
+    known = {{"t": "time"}.get(name, name): word for name, word in FACT.findall(title)}
+    facts = rules.facts(known)
+    return particles(columns, str(lines.path), cell, unit="nm", facts=facts)
 
 
 def _width(lines: Lines, row: bytes, number: int) -> int:

@@ -65,7 +65,9 @@ def of_frame(frame: Any, source: str) -> Particles:
     bonds = getattr(getattr(frame, "bonds", None), "group", None)
     if bonds is not None and len(bonds) == 0:
         bonds = None
-    return particles(columns, source, cell, origin, names, bonds=bonds)
+    step = getattr(frame.configuration, "step", None)
+    facts = {} if step is None else {"step": int(step)}
+    return particles(columns, source, cell, origin, names, bonds=bonds, facts=facts)
 
 
 def cell_of(box: Any) -> Array:

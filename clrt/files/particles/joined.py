@@ -43,8 +43,10 @@ class Universe:
         """Frame k, or None after the last one."""
         if k >= self.count():
             return None
-        self.universe.trajectory[k]
-        return objects.of_atoms(self.universe.atoms, self.source)
+        step = self.universe.trajectory[k]
+        found = objects.of_atoms(self.universe.atoms, self.source)
+        given = {"time": step.time, "step": step.data.get("step")}
+        return found.replaced(facts={key: one for key, one in given.items() if one is not None})
 
     def count(self) -> int:
         return self._count

@@ -15,7 +15,9 @@ from clrt.particles.particles import ALONG_ALL, Particles
 from clrt.values import Array, frozen
 
 AHEAD = "ITEM: "
-SKIPPED = ("TIMESTEP", "TIME", "UNITS")  # one line each
+LINES = ("TIMESTEP", "TIME", "UNITS")
+"""Items of one line each."""
+FACTS = {"TIMESTEP": "step", "TIME": "time"}
 # The first that there is: coordinates as they are, unwrapped, as parts of the cell, and both.
 PLAIN = (("x", "y", "z"), ("xu", "yu", "zu"))
 SCALED = (("xs", "ys", "zs"), ("xsu", "ysu", "zsu"))
@@ -35,6 +37,7 @@ class Header(NamedTuple):
     origin: Array
     units: str | None
     periodic: tuple[bool, ...]
+    facts: dict[str, float]
 
 
 def skip(lines: Lines) -> None:
@@ -75,11 +78,13 @@ def read(lines: Lines) -> Particles:
         line_of=line_of,
         unit=unit,
         periodic=header.periodic,
+        facts=header.facts,
     )
 
 
 def _header(lines: Lines) -> Header:
     rows, cell, origin, units, periodic = None, None, np.zeros(3), None, ALONG_ALL
+    facts = dict[str, float]()
     while True:
         line = lines.filled_line()
         if line is None or not line.startswith(AHEAD):
@@ -93,8 +98,9 @@ def _header(lines: Lines) -> Header:
             cell, origin = _box(lines, item)
             flags = [word for word in item.split() if re.fullmatch("[pfsm]{2}", word)]
             periodic = tuple(flag == "pp" for flag in flags) if len(flags) == 3 else ALONG_ALL
-        elif item in SKIPPED:
+        elif item in LINES:
             said = lines.line()
+            facts |= rules.facts({FACTS.get(item, ""): said or ""})
             units = said if item == "UNITS" else units
         else:
             raise lines.error("ITEM: TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS", line)
@@ -103,7 +109,7 @@ def _header(lines: Lines) -> Header:
         raise lines.error("ITEM: NUMBER OF ATOMS before", line)
     if not names:
         raise lines.error("ITEM: ATOMS with the names of the columns", line)
-    return Header(rows, names, cell, origin, units, periodic)
+    return Header(rows, names, cell, origin, units, periodic, facts)
 
 
 def _box(lines: Lines, item: str) -> tuple[Array, Array]:

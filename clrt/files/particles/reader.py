@@ -152,7 +152,10 @@ class Reader:
     def frame(self, k: int) -> Particles | None:
         """Frame k, from 0, or None after the last one."""
         with _told(self.name):
-            return self._frames.frame(k) if k >= 0 else None
+            found = self._frames.frame(k) if k >= 0 else None
+            if found is not None:
+                found.facts["frame"] = k
+            return found
 
     def count(self) -> int:
         """How many frames there are. A text file is read to its end for that, once."""

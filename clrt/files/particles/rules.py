@@ -1,6 +1,9 @@
 """Rules for all that is read: what is left out, and what is said of it."""
 
+import re
 import warnings
+from collections.abc import Mapping
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -149,3 +152,13 @@ def bytes_of(colors: Array) -> Array:
     if most <= 2 or 255 < most < 4096:
         return colors
     return frozen(colors / (255 if most <= 255 else 65535))
+
+
+def facts(given: Mapping[str, str]) -> dict[str, float]:
+    """Those of some texts that are a number, by their names; whole numbers stay whole."""
+    found = dict[str, float]()
+    for name, text in given.items():
+        if name.isidentifier():
+            with suppress(ValueError):
+                found[name] = int(text) if re.fullmatch(r"\s*[-+]?\d+\s*", text) else float(text)
+    return found

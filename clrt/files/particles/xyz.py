@@ -61,6 +61,7 @@ def read(lines: Lines) -> Particles:
         (0.0, 0.0, 0.0) if origin is None else origin,
         line_of=line_of,
         periodic=[flag.encode() not in FALSE for flag in flags] if len(flags) == 3 else ALONG_ALL,
+        facts=rules.facts(keys),
     )
 
 

@@ -1,198 +1,212 @@
-"""Panel: the colour bar, or the legend, at the right of a picture.
+"""Panel: the colour bar, at the right of a picture or below it, or the legend.
 
 All its lengths are in ems, and an em is a part of the picture: so it looks alike at every size.
 """
 
 import functools
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from clrt.film import color
-from clrt.film.decor.lettering import font, legible
-from clrt.film.decor.ticks import ticks
-from clrt.film.develop import Marks
+from clrt.film.decor.drawing import (
+    LEAST,
+    Area,
+    Box,
+    Drawing,
+    Rule,
+    Shape,
+    Wedge,
+    Words,
+    em_of,
+    thin,
+)
+from clrt.film.decor.lettering import width
+from clrt.film.decor.ticks import Ticks, powers, ticks
 from clrt.particles import palette
 from clrt.scene.film import Film
-from clrt.values import BLACK, Array, Color
+from clrt.values import Color
 
-if TYPE_CHECKING:
-    from PIL.ImageFont import FreeTypeFont
-
-SIDE = 36
-"""The picture's smaller side, in ems."""
-LEAST = 7.0
-"""Of an em, pixels: less cannot be read."""
 LENGTH = 0.6
-"""Of the bar, of the picture's height."""
+"""Of the bar, of the picture's height, or of its width where it is below."""
 APART = 2.5
-"""Ticks, at least, in ems."""
+"""Ticks one above the other, at least, in ems."""
+ASIDE = 5.0
+"""Ticks side by side, likewise."""
 LINE = 1.6
 """From one entry of a legend to the next, in ems."""
 MARGIN, BAR, TICK, GAP = 1.0, 1.0, 0.3, 0.4
 """In ems."""
 
 
-def marks(
-    look: Film,
-    size: tuple[int, int],
-    region: tuple[int, int, int, int],
-    ink: Color,
-    ground: Color | None,
-) -> Marks:
-    """The legend of `look`, or if it has none its colour bar, in a region of a picture.
+def drawing(look: Film, size: tuple[int, int]) -> Drawing:
+    """The legend of `look`, or if it has none its colour bar.
 
     Args:
         look: with colorbar, and with colorbar_clim if it has no legend.
-        size: of the whole picture, columns and rows.
-        region: (x0, y0, x1, y1) of it.
-        ink: of lines and text, linear.
-        ground: the background, linear; around lines and text it covers the picture a little. None:
-            it is not known.
+        size: of the picture, columns and rows.
     """
-    width, height = size
-    left, top, right, bottom = region
-    painted = _painted(look, width, height, ink, ground)
-    start = width - painted.shape[1]  # where the panel begins
-    cut = painted[top:bottom, max(left - start, 0) : max(right - start, 0)]
-    row, column = np.nonzero(np.ones(cut.shape[:2]) if look.colorbar_room else cut[..., 3])
-    pixel = row * (right - left) + column + max(start - left, 0)
-    return Marks(pixel, cut[row, column], look.colorbar_room)
+    shapes, area = _laid_out(look, size)
+    return Drawing(shapes, em_of(look, size), area if look.colorbar_room else None)
 
 
-def room(look: Film, size: tuple[int, int]) -> int:
-    """How many columns at the right of a picture it takes."""
-    columns: int = _painted(look, *size, BLACK, None).shape[1]
-    return columns
+def room(look: Film, size: tuple[int, int]) -> tuple[int, int]:
+    """How many columns at the right of a picture it takes, and how many rows at its bottom."""
+    left, top, right, bottom = _laid_out(look, size)[1]
+    return (0, bottom - top) if _is_below(look) else (right - left, 0)
+
+
+def _is_below(look: Film) -> bool:
+    return look.colorbar_side == "bottom" and not look.legend
 
 
 @functools.lru_cache(4)  # frames of an animation have the same one
-def _painted(look: Film, width: int, height: int, ink: Color, ground: Color | None) -> Array:
-    """(height, at most width, 4) float32, premultiplied: the right of the picture."""
-    draw = _legend if look.legend else _bar
-    canvas = draw(look, height, max(min(width, height) / SIDE, LEAST))
-    return canvas.painted(ink, ground)[:, -width:]
+def _laid_out(look: Film, size: tuple[int, int]) -> tuple[tuple[Shape, ...], Area]:
+    """The shapes, and what part of the picture they need."""
+    (columns, rows), em = size, em_of(look, size)
+    if _is_below(look):
+        shapes, taken = _lying(look, size, em)
+        return tuple(shapes), (0, max(rows - taken, 0), columns, rows)
+    shapes, taken = (_legend if look.legend else _upright)(look, size, em)
+    return tuple(shapes), (max(columns - taken, 0), 0, columns, rows)
 
 
-class _Canvas:
-    """Boxes of colours, and the ink."""
-
-    def __init__(self, width: float, height: int, em: float) -> None:
-        from PIL import Image, ImageDraw
-
-        self.em, self.width, self.height = em, round(width), height
-        self._boxes = np.zeros((height, self.width, 4), np.float32)
-        self._ink = Image.new("L", (self.width, height))
-        self._draw = ImageDraw.Draw(self._ink)
-        self._thin = max(round(em / 15), 1)
-        self._font = font(em)
-        self._digit = -self._font.getbbox("0", anchor="ls")[1]
-
-    def box(self, x0: float, y0: float, x1: float, y1: float, colors: Array) -> None:
-        """A box with a frame; a colour for each of its rows, linear, or one for all."""
-        left, top, right, bottom = (max(round(at), 0) for at in (x0, y0, x1, y1))
-        self._boxes[top:bottom, left:right, :3] = colors[: self.height, np.newaxis]
-        self._boxes[top:bottom, left:right, 3] = 1
-        thin = self._thin
-        around = left - thin, top - thin, right + thin - 1, bottom + thin - 1
-        self._draw.rectangle(around, outline=255, width=thin)
-
-    def tick(self, x0: float, x1: float, y: float) -> None:
-        top = round(y - self._thin / 2)
-        self._draw.rectangle((round(x0), top, round(x1) - 1, top + self._thin - 1), fill=255)
-
-    def write(self, x: float, y: float, text: str, anchor: str = "l") -> None:
-        """A text that starts at x, or ends there if its anchor is "r"; y is its digits' middle."""
-        where = round(x), round(y + self._digit / 2)
-        self._draw.text(where, text, fill=255, font=self._font, anchor=f"{anchor}s")
-
-    def write_upward(self, x: float, text: str) -> None:
-        """A turned text whose digits' middle is x, at half the height; smaller if it has to be."""
-        from PIL import Image, ImageDraw
-
-        letters, most = self._font, self.height - 2 * MARGIN * self.em
-        while letters.getlength(text) > most and letters.size > LEAST / 2:
-            letters = font(0.95 * letters.size)
-        strip = Image.new("L", (self.height, round(2 * self.em)))
-        where = self.height / 2, self.em + self._digit / 2
-        ImageDraw.Draw(strip).text(where, text, fill=255, font=letters, anchor="ms")
-        turned = strip.transpose(Image.Transpose.ROTATE_90)
-        self._ink.paste(255, (round(x - self.em), 0), turned)
-
-    def painted(self, ink: Color, ground: Color | None) -> Array:
-        """(height, width, 4) float32, premultiplied."""
-        from PIL import ImageFilter
-
-        found = np.zeros_like(self._boxes)
-        if ground is not None:
-            rim = self._ink
-            for _ in range(max(round(self.em / 12), 1)):  # pixel by pixel, which is quicker
-                rim = rim.filter(ImageFilter.MaxFilter(3))
-            found = _layer(np.asarray(rim), ground)
-        found = found * (1 - self._boxes[..., 3:]) + self._boxes
-        drawn = _layer(np.asarray(self._ink), ink)
-        painted: Array = found * (1 - drawn[..., 3:]) + drawn
-        return painted
-
-
-def _layer(coverage: Array, ink: Color) -> Array:
-    share = (coverage / np.float32(255)).astype(np.float32)
-    found: Array = share[..., np.newaxis] * np.array((*ink, 1), np.float32)
-    return found
-
-
-def _longest(letters: "FreeTypeFont", texts: list[str]) -> float:
-    return max((letters.getlength(text) for text in texts), default=0.0)
-
-
-def _bar(look: Film, height: int, em: float) -> _Canvas:
+def _scale(look: Film, most: int) -> Ticks:
     assert look.colorbar_clim is not None  # a scene that has none is refused
     low, high = look.colorbar_clim
-    length = max(round(LENGTH * height), 1)
-    scale = ticks(low, high, max(int(length / (APART * em)), 2))
-    letters, label = font(em), legible(look.colorbar).strip()
-    # From the left: margin, bar, ticks, numbers, label, margin.
-    number = (MARGIN + BAR + TICK + GAP) * em
-    end = number + _longest(letters, list(scale.texts))
-    spare = max(MARGIN * em + letters.getlength(scale.note) - end, 0)
-    after = ((GAP + 1) * em if label else 0) + MARGIN * em
-    canvas = _Canvas(end + after + spare, height, em)
-    top, left = (height - length) // 2, spare + MARGIN * em
-    part = (np.arange(length, 0, -1) - 0.5) / length
+    if look.colorbar_log:
+        return powers(low, high, max(most, 2), 10 if look.colorbar_log == "log10" else np.e)
+    return ticks(low, high, max(most, 2))
+
+
+def _shades(look: Film, length: int) -> tuple[Color, ...]:
+    """Linear, from the low end to the high one."""
+    assert look.colorbar_clim is not None
+    low, high = look.colorbar_clim
+    part = (np.arange(length) + 0.5) / length
     values = np.clip(low * (1 - part) + high * part, low, high)
     srgb = palette.of_values(values, look.colorbar_cmap or "viridis", (low, high))
-    canvas.box(left, top, left + BAR * em, top + length, color.linear(srgb))
-    for part_of_it, text in zip(scale.parts, scale.texts, strict=True):
-        y = top + (1 - part_of_it) * length
-        canvas.tick(left + BAR * em, left + (BAR + TICK) * em, y)
-        canvas.write(spare + number, y, text)
-    canvas.write(spare + end, top - 1.5 * em, scale.note, "r")
+    return tuple(map(tuple, color.linear(srgb).tolist()))
+
+
+def _upright(look: Film, size: tuple[int, int], em: float) -> tuple[list[Shape], int]:
+    """A bar at the right, and how many columns it takes."""
+    columns, height = size
+    length = max(round(LENGTH * height), 1)
+    scale = _scale(look, int(length / (APART * em)))
+    label = look.colorbar.strip()
+    # From the left: margin, bar, ticks, numbers, label, margin.
+    number = (MARGIN + BAR + TICK + GAP) * em
+    end = number + _longest(scale.texts, em)
+    spare = max(MARGIN * em + width(scale.note, em) - end, 0)
+    after = ((GAP + 1) * em if label else 0) + MARGIN * em
+    taken = round(end + after + spare)
+    start = columns - taken + spare
+    left, right = (round(start + at * em) for at in (MARGIN, MARGIN + BAR))
+    top = (height - length) // 2
+    shades = _shades(look, length)
+    shapes: list[Shape] = [Box(left, top, right, top + length, shades[::-1], thin(em))]
+    middle, tip = (left + right) / 2, BAR * em
+    for beyond, y, shade in zip((top + length, top), (tip, -tip), (0, -1), strict=True):
+        if look.colorbar_ends[shade]:
+            corners = (left, beyond), (middle, beyond + y), (right, beyond)
+            shapes.append(Wedge(*corners, shades[shade], thin(em)))
+    for part, text in zip(scale.parts, scale.texts, strict=True):
+        y = top + (1 - part) * length
+        first = round(y - thin(em) / 2)
+        reach = TICK if text else TICK / 2
+        shapes.append(Rule(right, first, round(right + reach * em), first + thin(em)))
+        if text:
+            shapes.append(Words(text, round(start + number), y, em))
+    if scale.note:
+        above = top - (1.5 + BAR * look.colorbar_ends[1]) * em
+        shapes.append(Words(scale.note, round(start + end), above, em, "r"))
     if label:
-        canvas.write_upward(canvas.width - (MARGIN + 0.5) * em, label)
-    return canvas
+        x, small = columns - (MARGIN + 0.5) * em, fitting(label, em, height - 2 * MARGIN * em)
+        shapes.append(Words(label, x, height / 2, small, upward=True))
+    return shapes, taken
 
 
-def _legend(look: Film, height: int, em: float) -> _Canvas:
-    title = legible(look.colorbar).strip()
-    room = max(int((height / em - 2 * MARGIN) / LINE) - bool(title), 1)
-    shown = look.legend if len(look.legend) <= room else look.legend[: room - 1]
-    names = [legible(entry.name) for entry in shown]
+def _lying(look: Film, size: tuple[int, int], em: float) -> tuple[list[Shape], int]:
+    """A bar below, and how many rows it takes."""
+    columns, height = size
+    length = max(round(LENGTH * columns), 1)
+    wide = ASIDE * em
+    scale = _scale(look, int(length / wide))
+    while (longest := _longest(scale.texts, em) + em) > wide and wide < length / 2:
+        wide = longest
+        scale = _scale(look, int(length / wide))
+    label = look.colorbar.strip()
+    # From above: margin, bar, ticks, numbers, label, margin.
+    below = (MARGIN + BAR + TICK + GAP) * em
+    taken = round(below + (1 + (GAP + 1) * bool(label)) * em + MARGIN * em)
+    start, left = height - taken, (columns - length) // 2
+    top, bottom = (round(start + at * em) for at in (MARGIN, MARGIN + BAR))
+    shades = _shades(look, length)
+    shapes: list[Shape] = [Box(left, top, left + length, bottom, shades, thin(em), across=True)]
+    middle, tip = (top + bottom) / 2, BAR * em
+    for beyond, x, shade in zip((left, left + length), (-tip, tip), (0, -1), strict=True):
+        if look.colorbar_ends[shade]:
+            corners = (beyond, top), (beyond + x, middle), (beyond, bottom)
+            shapes.append(Wedge(*corners, shades[shade], thin(em)))
+    for part, text in zip(scale.parts, scale.texts, strict=True):
+        x = left + part * length
+        first = round(x - thin(em) / 2)
+        reach = TICK if text else TICK / 2
+        shapes.append(Rule(first, bottom, first + thin(em), round(bottom + reach * em)))
+        if text:
+            shapes.append(Words(text, x, start + below + em / 2, em, "m"))
+    if scale.note:
+        x = left + length + (1 + BAR * look.colorbar_ends[1]) * em
+        shapes.append(Words(scale.note, x, (top + bottom) / 2, em))
+    if label:
+        small = fitting(label, em, columns - 2 * MARGIN * em)
+        y = height - (MARGIN + 0.5) * em
+        shapes.append(Words(label, columns / 2, y, small, "m"))
+    return shapes, taken
+
+
+def _legend(look: Film, size: tuple[int, int], em: float) -> tuple[list[Shape], int]:
+    """A legend at the right, and how many columns it takes."""
+    columns, height = size
+    title = look.colorbar.strip()
+    lines = max(int((height / em - 2 * MARGIN) / LINE) - bool(title), 1)
+    shown = look.legend if len(look.legend) <= lines else look.legend[: lines - 1]
+    names = [entry.name for entry in shown]
     more = [f"and {len(look.legend) - len(shown)} more"] if len(shown) < len(look.legend) else []
-    letters = font(em)
     named = (MARGIN + BAR + GAP) * em
-    end = max(named + _longest(letters, names), MARGIN * em + _longest(letters, [title, *more]))
-    canvas = _Canvas(end + MARGIN * em, height, em)
-    lines = len(names) + len(more) + bool(title)
-    y = (height - (lines - 1) * LINE * em) / 2
+    end = max(named + _longest(names, em), MARGIN * em + _longest([title, *more], em))
+    taken = round(end + MARGIN * em)
+    start, shapes = columns - taken, list[Shape]()
+    many = len(names) + len(more) + bool(title)
+    y = (height - (many - 1) * LINE * em) / 2
+
+    def write(text: str, x: float) -> None:
+        shapes.append(Words(text, round(start + x), y, em))
+
     if title:
-        canvas.write(MARGIN * em, y, title)
+        write(title, MARGIN * em)
         y += LINE * em
     for entry, name in zip(shown, names, strict=True):
         half = BAR * em / 2
-        box = MARGIN * em, y - half, MARGIN * em + 2 * half, y + half
-        canvas.box(*box, np.array([entry.color], np.float32))
-        canvas.write(named, y, name)
+        x0, y0, x1, y1 = (
+            *(round(start + MARGIN * em), round(y - half)),
+            *(round(start + MARGIN * em + 2 * half), round(y + half)),
+        )
+        shapes.append(Box(x0, y0, x1, y1, (entry.color,), thin(em)))
+        write(name, named)
         y += LINE * em
     for text in more:
-        canvas.write(MARGIN * em, y, text)
-    return canvas
+        write(text, MARGIN * em)
+    return shapes, taken
+
+
+def fitting(text: str, em: float, most: float) -> float:
+    """An em with which a text is not longer than so much, if there is one that can be read."""
+    while width(text, em) > most and em > LEAST / 2:
+        em *= 0.95
+    return em
+
+
+def _longest(texts: Sequence[str], em: float) -> float:
+    return max((width(text, em) for text in texts), default=0.0)

@@ -2,7 +2,7 @@
 
 from decimal import Decimal
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil, floor, inf, log
 from typing import NamedTuple
 
 STEPS = (1, 2, 5)
@@ -25,7 +25,7 @@ class Ticks(NamedTuple):
     @property
     def note(self) -> str:
         """The note beside the texts: a factor, an offset, or nothing."""
-        power = f"x 1e{self.power}" if self.power else ""
+        power = f"×{_ten_to(self.power)}" if self.power else ""  # noqa: RUF001
         sign = "- " if self.offset.startswith("-") else "+ "
         offset = sign + self.offset.lstrip("-") if self.offset else ""
         return f"{power} {offset}".strip()
@@ -51,6 +51,46 @@ def ticks(low: float, high: float, most: int) -> Ticks:
             break
     parts = tuple(float((n * step - start) / (end - start)) for n in range(first, last + 1))
     return _written(parts, [n * m for n in range(first, last + 1)], power)
+
+
+def powers(low: float, high: float, most: int, base: float) -> Ticks:
+    """At most so many round numbers whose logarithms lie from `low` to `high`: powers of ten, or
+    numbers between them where there is one power at most. Texts that are empty are those of the
+    numbers from 2 to 9 times a power.
+
+    Args:
+        most: at least 2.
+        base: of the logarithm.
+    """
+    decade = log(10) / log(base)
+    start, end = low / decade, high / decade
+    near = 1e-9 * (end - start)  # logarithms of powers of ten are not exact
+    first, last = ceil(start - near), floor(end + near)
+
+    def parts(numbers: list[float]) -> tuple[float, ...]:
+        return tuple(min(max((x - start) / (end - start), 0), 1) for x in numbers)
+
+    if last - first >= 1:
+        step = next(k for k in range(1, last - first + 2) if (last - first) // k < most)
+        found = [(float(k), _ten_to(k)) for k in range(-(-first // step) * step, last + 1, step)]
+        if step == 1 and last - first < most:
+            minor = [k + log(m, 10) for k in range(first - 1, last + 1) for m in range(2, 10)]
+            found += [(x, "") for x in minor if start <= x <= end]
+        return Ticks(parts([x for x, _ in found]), tuple(text for _, text in found))
+    try:
+        least, largest = float(10.0**start), float(10.0**end)
+    except OverflowError:
+        least = largest = inf
+    if not 0 < least < largest < inf:
+        linear = ticks(low, high, most)
+        return linear._replace(texts=tuple(f"10^{text}" for text in linear.texts))
+    linear = ticks(least, largest, most)
+    numbers = [least + part * (largest - least) for part in linear.parts]
+    return linear._replace(parts=parts([log(x, 10) for x in numbers]))
+
+
+def _ten_to(power: int) -> str:
+    return "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def _written(parts: tuple[float, ...], numbers: list[int], power: int) -> Ticks:
