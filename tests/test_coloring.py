@@ -1,5 +1,7 @@
 """Particles as spheres: their radii, their colours, and what is asked for that they do not have."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -96,3 +98,27 @@ def test_a_column_named_as_what_all_can_have_is_not_meant() -> None:
     odd = Particles(AT, types=[0, 1, 2, 3], values={"type": [9, 9, 9, 9], "element": [1, 2, 3, 4]})
     assert colored(odd, radius=1, color="type").by == "type"
     assert colored(odd, radius=1, color="element").by == "column"
+
+
+def test_opacities_are_said_or_the_files() -> None:
+    def found(particles: Particles = BARE, **drawn: Any) -> Any:
+        spheres = colored(particles, radius=1, **drawn).spheres
+        return None if spheres.opacity is None else spheres.opacity.tolist()
+
+    seen_through = BARE.replaced(opacities=[0.5, 1, 0, 0.25])
+    assert found() is None
+    assert found(opacity=1) is None
+    assert found(opacity="1 + 0 * x") is None
+    assert found(opacity=0.5) == [0.5] * 4
+    assert found(opacity="(x > 3) / 2") == [0, 0, 0.5, 0.5]
+    assert found(seen_through) == [0.5, 1, 0, 0.25]
+    assert found(seen_through, opacity=1) is None
+    assert found(seen_through, select="x > 0", opacity="opacity / 2") == [0.5, 0, 0.125]
+    box = seen_through.replaced(cell=np.eye(3) * 20)
+    assert found(box, hide="x > 3", replicate=(1, 1, 2)) == [0.5, 1] * 2
+    with pytest.raises(RequestError, match="opacity: expected numbers from 0 to 1, got 3 of 'x'"):
+        found(opacity="x")
+    with pytest.raises(RequestError, match=r"opacity: .*'w'"):
+        found(opacity="w")
+    with pytest.raises(RequestError, match="opacity: expected numbers from 0 to 1, got text"):
+        found(ALL, opacity="element")

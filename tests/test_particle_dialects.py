@@ -224,4 +224,5 @@ def test_splats(tmp_path: Path) -> None:
     assert np.allclose(np.asarray(found.colors)[0], expected, rtol=1e-6)
     assert found.values["opacity"].tolist() == [0.5, 0.5]
     assert "f_rest nx ny nz rot" in said[0]
-    assert said[1] == "opacity: is a column, and not drawn: all particles are opaque"
+    assert np.asarray(found.opacities).tolist() == [0.5, 0.5]
+    assert len(said) == 1

@@ -131,6 +131,7 @@ def made(**columns: Any) -> clrt.Particles:
 
 
 XYZ = {"x": [0.0, 1], "y": [2.0, 3], "z": [4.0, 5]}
+GRAY: dict[str, Any] = {"colors": [[0.5, 0.5, 0.5]] * 2}
 
 
 def test_names_of_columns() -> None:
@@ -382,24 +383,43 @@ def test_r_that_is_no_radius() -> None:
 
 
 @pytest.mark.parametrize(
-    ("columns", "said"),
+    ("columns", "opacities", "said"),
     [
-        ({"alpha": [255, 255]}, []),
-        ({"opacity": [1.0, 1.0]}, []),
-        ({"Transparency": [0, 0]}, []),
-        ({"alpha": [255, 0]}, ["alpha: is a column, and not drawn: all particles are opaque"]),
-        ({"Opacity": [0.5, 0.5]}, ["Opacity: is a column, and not drawn: all particles are opaq"]),
-        ({"Transparency": [1, 1]}, ["Transparency: is a column, and not drawn: all particles are"]),
+        ({"alpha": [255, 255], **GRAY}, None, []),
+        ({"opacity": [1.0, 1.0]}, None, []),
+        ({"Transparency": [0, 0]}, None, []),
+        ({"alpha": [255, 0], **GRAY}, [1, 0], []),
+        ({"alpha": np.array([65535, 0], np.uint16), **GRAY}, [1, 0], []),
+        ({"Opacity": [0.5, 0.25]}, [0.5, 0.25], []),
+        ({"Transparency": [0.25, 0.0]}, [0.75, 1], []),
+        ({"color": [[0, 0, 0, 0.5], [0, 0, 0, 1]]}, [0.5, 1], []),
+        ({"alpha": [0, 1]}, None, ["alpha: is a column, no opacity beside no colours: not drawn"]),
         (
-            {"color": [[0, 0, 0, 0.5], [0, 0, 0, 1]]},
-            ["alpha: is a column, and not drawn: all particles a"],
+            {"opacity": [0.5, 7.1]},
+            None,
+            ["opacity: is a column, no opacity from 0 to 1: not drawn"],
+        ),
+        (
+            {"opacity": [0.5, np.nan]},
+            None,
+            ["opacity: is a column, no opacity from 0 to 1: not drawn"],
+        ),
+        (
+            {"alpha": [0, 0], **GRAY},
+            None,
+            ["alpha: says that no particle is seen: all are drawn opaque"],
         ),
     ],
 )
-def test_opacity_is_a_column_and_said(columns: dict[str, Any], said: list[str]) -> None:
+def test_opacity(columns: dict[str, Any], opacities: Any, said: list[str]) -> None:
     found, lines = warned(**XYZ, **columns)
     assert len(found.values) == 1
     assert [line[:50] for line in lines] == [line[:50] for line in said]
+    assert (found.opacities is None) == (opacities is None)
+    if opacities is not None:
+        assert same(found.opacities, opacities)
+        assert same(found.column("opacity"), opacities)
+        assert same(found.where([False, True]).opacities, opacities[1:])
 
 
 def test_ellipsoids_are_the_spheres_around_them() -> None:

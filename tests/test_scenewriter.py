@@ -40,13 +40,20 @@ def test_a_scene_comes_back(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("colored", [False, True])
-def test_arrays_go_into_a_file_beside_it(kind: type, colored: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize("opaque", [False, True])
+def test_arrays_go_into_a_file_beside_it(
+    kind: type, colored: bool, opaque: bool, tmp_path: Path
+) -> None:
     random = np.random.default_rng(2)
     colors = random.uniform(0, 1, (500, 3)).astype(np.float32) if colored else None
     if colors is not None:
         colors[:4] = np.array([[0, 0, 0], [1, 1, 1], [1e-7, 0.0031308, 0.0031309], [0.5, 1, 0]])
     spheres = clrt.Spheres(
-        random.normal(size=(500, 3)).astype(kind), random.uniform(0.1, 1, 500), "m", colors
+        random.normal(size=(500, 3)).astype(kind),
+        random.uniform(0.1, 1, 500),
+        "m",
+        colors,
+        None if opaque else random.uniform(0, 1, 500).astype(kind),
     )
     scene = clrt.Scene(CAMERA, materials={"m": clrt.Material()}, spheres=spheres)
     save_scene(tmp_path / "a.toml", scene)

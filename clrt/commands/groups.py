@@ -41,7 +41,7 @@ HEADINGS = {
     "Which particles": (
         *("select", "hide", "frame", "altloc", "assembly", "wrap", "replicate", "cell"),
     ),
-    "Their colours": ("color", "colors", "cmap", "clim", "colorbar"),
+    "Their colours": ("color", "colors", "opacity", "cmap", "clim", "colorbar"),
     "Words": (
         *("title", "label", "labels", "scalebar", "axes", "colorbar_side", "font_size"),
         "line_width",

@@ -138,6 +138,12 @@ PARTICLE_OPTIONS = (
         "elements' van der Waals radii, or by the distance of neighbours.",
     ),
     click.option("--scale", type=float, metavar="X", help="Of all radii; default: 1."),
+    click.option(
+        "--opacity",
+        metavar="EXPR",
+        help="From 0 to 1, a number or columns, as '0.2 + 0.8 * (type == 1)'; default: the file's, "
+        "else 1.",
+    ),
     click.option("--style", metavar="NAME", help="See 'clrt styles'; default: soft."),
     click.option("--cell", is_flag=True, help="Draw the edges of the box."),
     click.option(
@@ -184,8 +190,8 @@ PARTICLE_KEYS = {
     key: f"--{key.replace('_', '-')}"
     for key in (
         *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
-        *("radius", "scale", "style", "cell", "view", "up", "zoom", "center", "projection"),
-        *("bonds", "bond_radius", "bond_color"),
+        *("radius", "scale", "opacity", "style", "cell", "view", "up", "zoom", "center"),
+        *("projection", "bonds", "bond_radius", "bond_color"),
         *("margin", "background", "samples", "altloc", "assembly"),
         *("title", "label", "labels", "scalebar", "axes"),
     )

@@ -103,6 +103,7 @@ def colored(
     scale: float = 1.0,
     color: str | None = None,
     colors: str | Mapping[str, Any] | None = None,
+    opacity: float | str | None = None,
     cmap: str = "viridis",
     clim: tuple[float, float] | str | None = None,
     cell: bool = False,
@@ -146,6 +147,7 @@ def colored(
         own = np.broadcast_to(colors_of.srgb("colors", colors), (len(radii), 3))
     positions = particles.positions if rows is None else particles.positions[rows]
     linear = None if own is None else colors_of.linear(own)
+    opacities = _opacities(particles, columns, rows, opacity)
     radii = radii * scale
     many = int(np.prod(replicate))
     moved = choose.images(particles, replicate) if many > 1 else np.zeros((1, 3))
@@ -159,11 +161,16 @@ def colored(
         positions = (positions + moved[:, np.newaxis]).reshape(-1, 3)
         radii = np.tile(radii, many)
         linear = None if linear is None else np.tile(linear, (many, 1))
+        opacities = None if opacities is None else np.tile(opacities, many)
         rows = np.tile(np.arange(len(particles)) if rows is None else rows, many)
     if positions is not particles.positions:
         frozen(positions)
     spheres = Spheres(
-        positions, frozen(radii), material, None if linear is None else frozen(linear)
+        positions,
+        frozen(radii),
+        material,
+        None if linear is None else frozen(linear),
+        None if opacities is None else frozen(opacities),
     )
     box = None if particles.cell is None else box_of(particles, replicate)
     if cell and box is None:
@@ -314,6 +321,36 @@ def _radii(
         found[left] = spare * BALL if is_balls else spare
         return found, spare
     return (known if left.all() else np.where(left, known, found)), None
+
+
+def _opacities(
+    particles: Particles,
+    columns: Mapping[str, Array | Text],
+    rows: Array | None,
+    opacity: float | str | None,
+) -> Array | None:
+    """(n,) of the rows, from 0 to 1; None: all are opaque."""
+    if opacity is None:
+        found: Any = particles.opacities
+    elif isinstance(opacity, str):
+        found = _column("opacity", opacity, columns, ())
+    else:
+        found = np.float64(opacity)
+    if found is None:
+        return None
+    expected = "opacity: expected numbers from 0 to 1"
+    if isinstance(found, Text):
+        raise RequestError(f"{expected}, got text: {opacity}")
+    if found.ndim and rows is not None:
+        found = found[rows]
+    found = found.astype(np.float32 if found.dtype == np.float32 else np.float64)
+    wrong = found[~((found >= 0) & (found <= 1))]
+    if wrong.size:
+        raise RequestError(f"{expected}, got {wrong.flat[0]:.6g} of {opacity!r}")
+    if (found == 1).all():
+        return None
+    n = len(particles) if rows is None else len(rows)
+    return np.array(np.broadcast_to(found, (n,)))
 
 
 def _spare(particles: Particles) -> float:

@@ -25,8 +25,8 @@ from clrt.scene.spheres import Spheres
 from clrt.values import Array, did_you_mean, number, require, switches
 
 COLORING = (
-    *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "cmap", "clim"),
-    *("cell", "labels", "bonds", "bond_radius", "bond_color"),
+    *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "opacity"),
+    *("cmap", "clim", "cell", "labels", "bonds", "bond_radius", "bond_color"),
 )
 """What a Look and a clrt.ParticleFile have alike."""
 
@@ -42,6 +42,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     scale: float = 1.0
     color: str | None = None
     colors: str | Mapping[str, Any] | None = None
+    opacity: float | str | None = None
     cmap: str = "viridis"
     clim: tuple[float, float] | Literal["first", "all"] | None = None
     """These as of a clrt.ParticleFile."""

@@ -70,6 +70,7 @@ def plot(
     color: str | None = None,
     colors: ArrayLike | Mapping[Any, Any] | None = None,
     values: ArrayLike | None = None,
+    opacity: str | ArrayLike | None = None,
     cmap: str = "viridis",
     clim: tuple[float, float] | Literal["first", "all"] | None = None,
     colorbar: str | None = None,
@@ -122,6 +123,8 @@ def plot(
         colors: (n, 3), n names, one for all, or by type, element, name, or text of the column that
             gives the colours, as {"A": "red"}.
         values: (n,) numbers that give the colours.
+        opacity: from 0 to 1: one for all, (n,), or an expression over columns. Default: the
+            particles', or else 1.
         cmap: the colour map of numbers, see clrt.palette.
         clim: what the map's ends stand for; default: the least and the largest finite value.
         colorbar: the label of a colour bar, or of a legend of elements, types or text; "": none.
@@ -176,6 +179,9 @@ def plot(
     if values is not None:
         color = VALUES
     particles = _changed(particles, None if by_kind else radii, many, values, cell)
+    if opacity is not None and not isinstance(opacity, str):
+        with called({"opacities": "opacity"}):
+            particles, opacity = particles.replaced(opacities=opacity), None
     with called({"radius": "radii"}):
         look = Look(
             select=select,
@@ -186,6 +192,7 @@ def plot(
             scale=scale,
             color=color,
             colors=colors if many is None else None,  # type: ignore[arg-type]
+            opacity=opacity,
             cmap=cmap,
             clim=clim,
             colorbar=colorbar,

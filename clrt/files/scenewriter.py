@@ -41,7 +41,9 @@ def save_scene(path: str | Path, scene: Scene) -> None:
         check_file(arrays)
         with written_whole(arrays) as beside, beside.open("wb") as file:
             np.savez(file, **columns)
-        placed.insert(0, ParticleFile(arrays.name, material=(spheres.names or ("",))[0]))
+        opacity = "opacity" if "opacity" in columns else None
+        material = (spheres.names or ("",))[0]
+        placed.insert(0, ParticleFile(arrays.name, material=material, opacity=opacity))
         spheres = ()
     text = NUMBERS.sub(
         _one_line, tomli_w.dumps(_plain(replace(scene, spheres=spheres, particles=placed)))
@@ -69,8 +71,10 @@ def _from(folder: Path, file: str) -> str:
 def _columns(spheres: Spheres) -> dict[str, Any] | None:
     """Arrays of an .npz file that are read as these spheres, to the bit; None if there are none."""
     columns = {"positions": spheres.center, "radii": spheres.radius}
-    if len(spheres.names or ()) != 1 or len(spheres) == 0 or spheres.opacity is not None:
+    if len(spheres.names or ()) != 1 or len(spheres) == 0:
         return None
+    if spheres.opacity is not None:
+        columns["opacity"] = spheres.opacity
     if spheres.color is None:
         return columns
     with np.errstate(invalid="ignore"):

@@ -50,6 +50,8 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     those four that there is; but where the material is a style's, steel blue for "material"."""
     colors: str | dict[str, str | tuple[float, float, float]] | None = None
     """sRGB, of all, or of types, elements, names, or texts of the column that gives the colours."""
+    opacity: float | str | None = None
+    """Of all, or an expression over columns. None: the file's, or else 1."""
     cmap: str = "viridis"
     """The colour map of a column."""
     clim: tuple[float, float] | Literal["first", "all"] | None = None
@@ -117,6 +119,10 @@ def coloring(struct: Any) -> None:
         number(struct, "bonds", expected, lambda distance: distance > 0)
     if struct.bond_radius is not None:
         number(struct, "bond_radius", "a finite number above 0", lambda radius: radius > 0)
+    if isinstance(struct.opacity, str):
+        require(struct.opacity != "", "opacity", "a number or an expression", struct.opacity)
+    elif struct.opacity is not None:
+        number(struct, "opacity", "a number from 0 to 1", lambda part: 0 <= part <= 1)
     number(struct, "scale", "a finite number above 0", lambda scale: scale > 0)
     good = struct.color is None or (isinstance(struct.color, str) and struct.color != "")
     expected = "'file', 'element', 'type', 'material' or an expression over columns"

@@ -39,6 +39,7 @@ class Particles:
         unit: that of all lengths, as "angstrom" or "nm".
         periodic: along which edges of the box there are images of the particles.
         facts: what is known of all of them, by name: numbers, as of "frame", "time" and "step".
+        opacities: (n,), or one for all, from 0 to 1.
 
     An array is kept as it is if nobody else can write to it; else it is copied.
 
@@ -62,6 +63,7 @@ class Particles:
         unit: str | None = None,
         periodic: Sequence[bool] = ALONG_ALL,
         facts: Mapping[str, float] | None = None,
+        opacities: ArrayLike | None = None,
     ) -> None:
         self.positions: Array = floats("positions", _spatial(positions), 3)
         self.radii = None if radii is None else self._radii(radii)
@@ -85,6 +87,8 @@ class Particles:
         good = unit is None or (isinstance(unit, str) and unit != "")
         require(good, "unit", "the name of a unit of length", unit)
         self.unit = unit
+        self.opacities = None if opacities is None else self._opacities(opacities)
+        """(n,) float32 or float64."""
         self.periodic = tuple(map(bool, periodic))
         require(len(self.periodic) == 3, "periodic", "three times True or False", periodic)
         self.facts = dict(facts or {})
@@ -107,6 +111,8 @@ class Particles:
         made: dict[str, Any] = {axis: self.positions[:, i] for i, axis in enumerate("xyz")}
         if self.radii is not None:
             made["radius"] = self.radii
+        if self.opacities is not None:
+            made["opacity"] = self.opacities
         made["index"] = np.arange(len(self))
         if self.elements is not None:
             made["element"] = partial(Text.of, elements.SYMBOLS, self.elements)
@@ -143,6 +149,7 @@ class Particles:
             positions=frozen(self.positions[kept]),
             radii=part(self.radii),
             colors=part(self.colors),
+            opacities=part(self.opacities),
             elements=part(self.elements),
             types=part(self.types),
             values={name: frozen(column[kept]) for name, column in self.values.items()},
@@ -178,6 +185,11 @@ class Particles:
         radii = floats("radii", given, 1)
         check_rows("radii", radii > 0, radii, "a finite number above 0")
         return self._rows("radii", np.broadcast_to(radii, radii.shape or len(self)))
+
+    def _opacities(self, given: ArrayLike) -> Array:
+        found = floats("opacities", given, 1)
+        check_rows("opacities", (found >= 0) & (found <= 1), found, "a number from 0 to 1")
+        return self._rows("opacities", np.broadcast_to(found, found.shape or len(self)))
 
     def _elements(self, given: ArrayLike) -> Array:
         expected = f"an atomic number from 0 to {HEAVIEST}"

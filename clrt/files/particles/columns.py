@@ -144,7 +144,7 @@ def particles(
     radii = _radii(left, positions, source, unit)
     numbers, types, type_names = _elements_and_types(left, type_names, source)
     values, texts = _others(left, source, len(positions))
-    _say_opacity(values, source)
+    opacities = _opacities(values, colors is not None, source)
     mask, said = rules.kept(positions, radii)
     for text in said:
         rules.say(source, text)
@@ -173,6 +173,7 @@ def particles(
             unit,
             periodic,
             facts,
+            part(opacities),
         )
     except RowError as error:
         if error.row is None or error.key == "bonds" or line_of is None:
@@ -325,14 +326,35 @@ def _plain(column: Array) -> Array:
     return column
 
 
-def _say_opacity(values: Mapping[str, Array], source: str) -> None:
-    """Names columns that speak of opacity, unless they say that all is opaque."""
+def _opacities(values: Mapping[str, Array], colored: bool, source: str) -> Array | None:
+    """(n,) from 0 to 1, of the first column that speaks of opacity; None: all are opaque.
+
+    colored: there are colours beside it; else "alpha" can be anything.
+    """
     for name, column in values.items():
-        if name.lower() in OPACITIES and len(column):
-            first = column[0]
-            full = (0,) if name.lower() == "transparency" else (1, 255, 65535)
-            if first not in full or (column != first).any():
-                rules.say(source, f"{name}: is a column, and not drawn: all particles are opaque")
+        what = name.lower()
+        if what not in OPACITIES or not len(column):
+            continue
+        if what == "alpha" and not colored:
+            rules.say(source, f"{name}: is a column, no opacity beside no colours: not drawn")
+            continue
+        full = _full(column)
+        found = column / full if what != "transparency" else 1 - column / full
+        if not ((found >= 0) & (found <= 1)).all():
+            rules.say(source, f"{name}: is a column, no opacity from 0 to 1: not drawn")
+        elif not found.any():
+            rules.say(source, f"{name}: says that no particle is seen: all are drawn opaque")
+        elif (found < 1).any():
+            return frozen(found)
+    return None
+
+
+def _full(column: Array) -> float:
+    """What stands for 1 in a column: 255 or 65535 of whole numbers, if there are larger ones than
+    1."""
+    if column.dtype.kind not in "iu" or column.max() <= 1:
+        return 1.0
+    return 65535.0 if column.dtype == np.uint16 or column.max() > 255 else 255.0
 
 
 def distinct(names: Array) -> tuple[tuple[str, ...], Array]:
