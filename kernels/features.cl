@@ -39,6 +39,7 @@
 //   HASHED         Pixels' paths are wanted beside their colours: edges get more samples.
 //   REFINE         Only pixels at edges are made, each of many samples, which are the lanes.
 //   GATHER         Every pixel gets several samples.
+//   TILES          A work-item makes a tile of pixels, whose camera rays go through the tree as one.
 
 // A sample draws a light's, a lens' or a mirror's point at random.
 #define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT)

@@ -46,32 +46,23 @@ static Vector point_of_lens(__global const Camera *camera, Draw draw, Vector *th
     return vector(x, y, 0);
 }
 
-// ORTHOGRAPHIC: a line through the screen at right angles, and what it meets.
+// ORTHOGRAPHIC: a line through the screen at right angles.
 static void go_straight(const Scene *scene, Path *path, Pixels at) {
     path->to_camera = in_space(scene, vector(0, 0, 1));
     path->ray.origin = in_space(scene, vector(at.x, at.y, 0));
     if (LITERAL) path->ray.origin = plus(path->ray.origin, splat(scene->camera->eye));
     path->ray.direction = scaled(path->to_camera, -1);
-    if (TREE) {
-        path->hit = first_hit(scene, path->ray, (ints)(-1), false, true);
-    } else {
-        path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
-    }
-    path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
 }
 
-// A ray from the camera, and what it meets. Where nothing moves the camera from 0 the ray keeps that.
-static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
+// A ray from the camera; where it goes through the screen. Where nothing moves the camera from 0 it
+// keeps that.
+static Vector go_from_eye(const Scene *scene, Path *path, Pixels at) {
     Vector through = vector(at.x, at.y, -1), lens = vector(0, 0, 0);
     if (LENS) lens = point_of_lens(scene->camera, path->draw, &through);
     reals length2 = through.x * through.x + (through.y * through.y + 1);
     path->to_camera = scaled(in_space(scene, through), -inverse_sqrt(length2));
     path->ray.direction = scaled(path->to_camera, -1);
-    if (!TREE && !LITERAL && !LONG_LENS && !LENS && !OPACITY) {
-        path->hit = visible(at, length2, scene->spheres, scene->sphere_count);
-        path->point = scaled(through, path->hit.distance);
-        return;
-    }
+    if (!TREE && !LITERAL && !LONG_LENS && !LENS && !OPACITY) return through;
     path->eye = splat(scene->camera->eye);
     if (LENS) path->eye = plus(path->eye, in_space(scene, lens));
     path->ray.origin = path->eye;
@@ -82,23 +73,45 @@ static void go_from_eye(const Scene *scene, Path *path, Pixels at) {
         if (LENS) start = plus(start, lens);
         path->ray.origin = in_space(scene, start);
     }
-    path->hit = first_hit(scene, path->ray, (ints)(-1), !LONG_LENS && !LENS, false);
+    return through;
+}
+
+// A packet's camera rays; where they go through the screen.
+static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
+    path->draw = draw;
+    path->weight = 1;
+    path->tint = vector(1, 1, 1);
+    path->ray.leaves = path->ray.all_leave = -1;
+    if (OPACITY) path->ray.after = -INFINITY, path->ray.last = -1;
+    if (!ORTHOGRAPHIC) return go_from_eye(scene, path, at);
+    go_straight(scene, path, at);
+    return vector(at.x, at.y, 0);
+}
+
+// Finds what camera rays meet, and where. known: TILES: what spheres that is.
+static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through,
+                       const Hit *known) {
+    if (TILES) {
+        path->hit = *known;
+    } else if (ORTHOGRAPHIC && !TREE) {
+        path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
+    } else if (TREE || LITERAL || LONG_LENS || LENS || OPACITY) {
+        bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
+        path->hit = first_hit(scene, path->ray, (ints)(-1), common, ORTHOGRAPHIC);
+    } else {
+        reals length2 = through.x * through.x + (through.y * through.y + 1);
+        path->hit = visible(at, length2, scene->spheres, scene->sphere_count);
+        path->point = scaled(through, path->hit.distance);
+        return;
+    }
     path->point = along(path->ray.origin, path->hit.distance, path->ray.direction);
 }
 
-// The paths through a packet of pixels, and what they meet first.
-static Path from_camera(const Scene *scene, Pixels at, Draw draw) {
+// The paths through a packet of pixels, and what they meet first. known: see meet_first().
+static Path from_camera(const Scene *scene, Pixels at, Draw draw, const Hit *known) {
     Path path = {{{0}}};
-    path.draw = draw;
-    path.weight = 1;
-    path.tint = vector(1, 1, 1);
-    path.ray.leaves = path.ray.all_leave = -1;
-    if (OPACITY) path.ray.after = -INFINITY, path.ray.last = -1;
-    if (ORTHOGRAPHIC) {
-        go_straight(scene, &path, at);
-    } else {
-        go_from_eye(scene, &path, at);
-    }
+    Vector through = look(scene, &path, at, draw);
+    meet_first(scene, &path, at, through, known);
     if (NEST) {
         path.ray.inside = inside_of(scene->around);
         if (scene->around[0].sphere) {

@@ -1,10 +1,45 @@
 // Render: the kernel.
 
-// A work-item makes the pixels of one packet, or (REFINE) one pixel.
+// Where a work-item stores pixels: the film's and (HASHED) the paths' rows of `width`, see render().
+typedef struct {
+    __global channel *film;
+    __global uint *paths;
+    int width, height;
+} Target;
+
+// Stores a packet's pixels from there on, as many as the film has.
+static void store(const Target *target, Sample sample, int column, int row) {
+    Exposure exposure = exposure_of(sample);
+    size_t place = (size_t)row * target->width + column;
+    __global channel *film = target->film + CHANNELS * place;
+    for (int i = 0; i < ROWS && row + i < target->height; i++)
+        store_row(exposure, i, film + CHANNELS * (size_t)i * target->width, target->width - column);
+    if (!HASHED) return;
+    __global uint *paths = target->paths + place;
+    for (int i = 0; i < ROWS && row + i < target->height; i++)
+        store_paths(sample.path, i, paths + (size_t)i * target->width, target->width - column);
+}
+
+// TILES: makes the pixels of a tile.
+static void render_tile(const Scene *scene, const Target *target, int column, int row,
+                        int first_column, int first_row) {
+    Tile tile;
+    fill_tile(scene, &tile, first_column + column, first_row + row, first_column + target->width,
+              first_row + target->height);
+    for (int block = 0; block < BLOCKS; block++) {
+        int x = column + block % ACROSS * ROW, y = row + block / ACROSS * ROWS;
+        if (x >= target->width || y >= target->height) continue;
+        Pixels at = pixels_at(scene->camera, first_column + x, first_row + y);
+        Hit hit = hit_of_tile(&tile, block);
+        store(target, traced(scene, at, (Draw){0}, &hit), x, y);
+    }
+}
+
+// A work-item makes the pixels of one packet, or (TILES) of one tile, or (REFINE) one pixel.
 //
 // film: this band of `height` rows, width * CHANNELS each; its first pixel is (first_column,
 // first_row) of the picture, where a packet begins: first_column is a multiple of ROW. Global size:
-// (packets of a row, rounded up to whole work-groups; rows of packets). HASHED: `paths` has rows of
+// (packets of a row, rounded up to whole work-groups; rows of packets), or of tiles. HASHED: `paths` has rows of
 // `width` as well, the first is the picture's row `top`.
 // REFINE: of the pixels of this band that `list` has from `from` on, as many as `count`. Global size:
 // `count`, rounded up.
@@ -42,6 +77,12 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
         return;
     }
+    Target target = {film, HASHED ? paths + (size_t)(first_row - top) * width : 0, width, height};
+    if (TILES) {
+        int column = get_global_id(0) * SIDE, row = get_global_id(1) * SIDE;
+        render_tile(&scene, &target, column, row, first_column, first_row);
+        return;
+    }
     int column = get_global_id(0) * ROW, row = get_global_id(1) * ROWS;
     if (column >= width) return;
     Sample sample;
@@ -49,14 +90,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
         sample = gathered(&scene, first_column + column, first_row + row, samples, points, table);
     } else {
         Pixels at = pixels_at(camera, first_column + column, first_row + row);
-        sample = traced(&scene, at, (Draw){0});
+        sample = traced(&scene, at, (Draw){0}, 0);
     }
-    Exposure exposure = exposure_of(sample);
-    film += CHANNELS * ((size_t)row * width + column);
-    for (int i = 0; i < ROWS && row + i < height; i++)
-        store_row(exposure, i, film + CHANNELS * (size_t)i * width, width - column);
-    if (!HASHED) return;
-    paths += (size_t)(first_row + row - top) * width + column;
-    for (int i = 0; i < ROWS && row + i < height; i++)
-        store_paths(sample.path, i, paths + (size_t)i * width, width - column);
+    store(&target, sample, column, row);
 }

@@ -95,7 +95,7 @@ static Sample gathered(const Scene *scene, int column, int row, int samples,
         for (int i = start; i < end; i++) {
             Pixels here = moved(at, scene->camera, points[2 * i], points[2 * i + 1]);
             draw.index = i;
-            Sample sample = traced(scene, here, draw);
+            Sample sample = traced(scene, here, draw, 0);
             block = with(block, sample, going);
             path = path * 16777619 + sample.path;
         }
@@ -134,7 +134,7 @@ static Sample refined(const Scene *scene, int column, int row, int samples,
             reals right = *(__global const reals *)(points + 2 * i);
             reals up = *(__global const reals *)(points + 2 * i + LANES);
             Sample sample =
-                traced(scene, points_of(scene->camera, column, row, right, up), (Draw){0});
+                traced(scene, points_of(scene->camera, column, row, right, up), (Draw){0}, 0);
             block = with(block, sample, on);
             low = lower3(low, pick3(on, sample.color, low));
             high = higher3(high, pick3(on, sample.color, high));

@@ -47,16 +47,19 @@ static Vector in_space(const Scene *scene, Vector v) {
     return v;
 }
 
+// TREE: what rays meet first in the list beside the tree. line: see first_hit().
+static Hit first_listed(const Scene *scene, Ray ray, ints on, bool line) {
+    if (ORTHOGRAPHIC && line)
+        return visible_listed(ray, scene->spheres, scene->ids, scene->sphere_count);
+    return nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
+}
+
 // The spheres that rays meet first, in the lanes that are on. common: they have one origin. line:
 // ORTHOGRAPHIC and OPACITY, they have no start.
 static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool line) {
     Hit hit;
     if (TREE) {
-        if (ORTHOGRAPHIC && line) {
-            hit = visible_listed(ray, scene->spheres, scene->ids, scene->sphere_count);
-        } else {
-            hit = nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
-        }
+        hit = first_listed(scene, ray, on, line);
         return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
     }
     if (ORTHOGRAPHIC && line) {

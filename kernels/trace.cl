@@ -13,8 +13,9 @@ static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
 }
 
 // Traces the paths through a packet of pixels to their ends: their colours, and whether they show a sphere.
-static Sample traced(const Scene *scene, Pixels at, Draw draw) {
-    Path path = from_camera(scene, at, draw);
+// known: TILES: what they meet first; else 0.
+static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known) {
+    Path path = from_camera(scene, at, draw, known);
     reals alpha = PICK(path.hit.id >= 0, 1, 0);
     Aside aside[MAX_ASIDE];
     Splits splits = {0, path.weight > 0, 0};

@@ -147,6 +147,8 @@ static ints taken_by_all(const Tree *tree, int kind, Ray ray, reals distance, Ve
 #define taken_in_tree taken_by_all
 """
 """All that a tree has, one after the other."""
+PACKETS = property(lambda features: False)
+"""Of Features.tiles: camera rays go packet by packet."""
 
 
 @pytest.fixture
@@ -164,6 +166,10 @@ def ways(monkeypatch: pytest.MonkeyPatch):
             monkeypatch.setattr(tree, "SPHERES_IN_BEAM", spheres)
             monkeypatch.setattr(tree, "BUDGET", budget)
             found[way] = renderer_for(device, lanes, precision).render(scene, *SIZE)
+        monkeypatch.setattr(Features, "tiles", PACKETS)
+        found["packets"] = Renderer(device=device, lanes=lanes, precision=precision).render(
+            scene, *SIZE
+        )
         source = program.kernel_source().replace(BEFORE, BRUTE + BEFORE)
         assert source != program.kernel_source()
         monkeypatch.setattr(program, "kernel_source", lambda: source)

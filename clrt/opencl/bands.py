@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import pyopencl as cl
 
-# The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so
-# there is one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
+# The work-items of a work-group, all in one row. PoCL compiles a kernel again for each size, so a
+# program has one; with 8 work-items PoCL's cost per group shows, from 32 on it does not.
 GROUP = 64
 # PoCL compiles a kernel once more for grids that are larger in some direction. Launches stay within
 # it, but those of a picture that has more packets in a row.
@@ -31,7 +31,8 @@ BAND_SECONDS, GROWTH = 0.1, 4
 def fill(
     film: NDArray[Any],
     corner: tuple[int, int],
-    packet: tuple[int, int],
+    item: tuple[int, int],
+    group: int,
     queue: "cl.CommandQueue",
     kernel: "cl.Kernel",
     arguments: dict[str, Any],
@@ -42,7 +43,8 @@ def fill(
     Args:
         film: (rows, columns, ...), contiguous.
         corner: its first pixel's column and row in the picture.
-        packet: columns and rows of the pixels that a work-item renders.
+        item: columns and rows of the pixels that a work-item renders.
+        group: how many of them are a work-group: one size for each program.
         arguments: the kernel's from `paths` on, in its order, see clrt.renderer.pack. `lost`, if
             it is there, is filled.
         progress: called with the number of rows just finished.
@@ -57,10 +59,10 @@ def fill(
         np.int32(corner[0]),
         *(uploaded := upload(queue.context, arguments)).values(),
     )
-    items = padded(-(-columns // packet[0]), GROUP)
+    items = padded(-(-columns // item[0]), group)
     tests = columns * (SPHERES_PER_PIXEL + int(arguments["sphere_count"]))
     tests *= max(int(arguments["samples"]), 1)
-    rows = _whole(min(FIRST_BAND_TESTS // tests, SMALL_GRID * packet[1]), packet[1])
+    rows = _whole(min(FIRST_BAND_TESTS // tests, SMALL_GRID * item[1]), item[1])
     kernel_seconds = 0.0
     # Each band's kernel, and the mapping of its buffer right behind it: so the queue never runs
     # empty while the host waits for the band before.
@@ -77,8 +79,8 @@ def fill(
         if progress is not None:
             progress(band_rows)
         fitting = band_rows * min(BAND_SECONDS / max(seconds, 1e-9), GROWTH)
-        most = min(BAND_PIXELS // columns, SMALL_GRID * packet[1])
-        return _whole(int(min(fitting, most)), packet[1])
+        most = min(BAND_PIXELS // columns, SMALL_GRID * item[1])
+        return _whole(int(min(fitting, most)), item[1])
 
     try:
         begun = 0
@@ -88,8 +90,8 @@ def fill(
             buffer = cl.Buffer(queue.context, flags, hostbuf=band)
             place = map(np.int32, (corner[1] + begun, columns, len(band)))
             kernel.set_args(buffer, *place, *same_for_all)
-            size = items, -(-len(band) // packet[1])
-            done = cl.enqueue_nd_range_kernel(queue, kernel, size, (GROUP, 1))
+            size = items, -(-len(band) // item[1])
+            done = cl.enqueue_nd_range_kernel(queue, kernel, size, (group, 1))
             # On a CPU the kernel writes to the film itself; on other devices this copies.
             array, mapped = cl.enqueue_map_buffer(
                 queue, buffer, cl.map_flags.READ, 0, band.shape, band.dtype, is_blocking=False

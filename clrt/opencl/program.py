@@ -39,6 +39,7 @@ KERNELS = (
     "film",
     "scene",
     "path",
+    "tile",
     "light",
     "through",
     "onward",
@@ -47,7 +48,7 @@ KERNELS = (
     "render",
 )
 
-LAUNCHES = 2  # to be counted up where a kernel gets another size of work-group: binaries hold one
+LAUNCHES = 3  # to be counted up where a kernel gets another size of work-group: binaries hold one
 _building = threading.Lock()  # catch_warnings() is not for several threads
 
 

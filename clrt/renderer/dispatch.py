@@ -146,7 +146,8 @@ class Dispatcher:
         seconds = bands.fill(
             film,
             (x0, y0),
-            features.packet,
+            features.item,
+            1 if features.tiles else bands.GROUP,
             self._queue,
             kernels["render"],
             first,

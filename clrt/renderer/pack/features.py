@@ -72,9 +72,23 @@ class Features(msgspec.Struct, frozen=True):
 
     @property
     def packet(self) -> tuple[int, int]:
-        """Columns and rows of the pixels that a work-item renders: ROW and ROWS of lanes.cl."""
+        """Columns and rows of the pixels that are traced in lock step: ROW and ROWS of lanes.cl."""
         columns = min(self.lanes, 2 if self.lanes == 4 else 4) if self.tree else self.lanes
         return columns, self.lanes // columns
+
+    @property
+    def tiles(self) -> bool:
+        """Whether camera rays go through the tree by tiles of pixels.
+
+        They pay as soon as there is a tree (benchmarks/NOTES.md). Samples have packets. So has a
+        single lane, as on a GPU: a work-item has no room for the 24 KB of a tile there.
+        """
+        return self.tree and self.lanes > 1 and not (self.gather or self.refine)
+
+    @property
+    def item(self) -> tuple[int, int]:
+        """Columns and rows of the pixels that a work-item renders."""
+        return (TILE, TILE) if self.tiles else self.packet
 
     @property
     def options(self) -> list[str]:
@@ -84,6 +98,7 @@ class Features(msgspec.Struct, frozen=True):
             "LITERAL": self.precision == "literal",
             **{f"FILM_{film.upper()}": self.film == film for film in FILMS if film != "float"},
             **{name.upper(): getattr(self, name) for name in USES},
+            "TILES": self.tiles,
         }
         return [f"-DLANES={self.lanes}", *(f"-D{name}={int(used)}" for name, used in known.items())]
 
@@ -94,6 +109,8 @@ USES = Features.__struct_fields__[3:]
 
 TREE_FROM = 48
 """From so many spheres on there is a tree (benchmarks/NOTES.md)."""
+TILE = 32
+"""SIDE of tile.cl: columns and rows of a tile."""
 SMALL, SMALLS_BASE = 0.01, 4
 """Of what size spheres are so small that one sample misses what is between the pixels, see
 lens.middle_size(), and how many each pixel then gets (benchmarks/NOTES.md)."""
