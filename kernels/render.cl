@@ -39,7 +39,8 @@ static void render_tile(const Scene *scene, const Target *target, int column, in
 //
 // film: this band of `height` rows, width * CHANNELS each; its first pixel is (first_column,
 // first_row) of the picture, where a packet begins: first_column is a multiple of ROW. Global size:
-// (packets of a row, rounded up to whole work-groups; rows of packets), or of tiles. HASHED: `paths` has rows of
+// (packets of a row, rounded up to whole work-groups; rows of packets), or of tiles. HASHED: `paths`
+// has rows of
 // `width` as well, the first is the picture's row `top`.
 // REFINE: of the pixels of this band that `list` has from `from` on, as many as `count`. Global size:
 // `count`, rounded up.

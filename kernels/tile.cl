@@ -281,6 +281,6 @@ static void fill_tile(const Scene *scene, Tile *tile, int column, int row, int e
     }
     for (int block = 0; block < BLOCKS; block++)
         set_hit(tile, block,
-                nearest_in_tree(&scene->tree, OF_SPHERES, hit_of_tile(tile, block), ray_of_tile(tile, block),
-                                (ints)(-1), !ORTHOGRAPHIC && !LONG_LENS));
+                nearest_in_tree(&scene->tree, OF_SPHERES, hit_of_tile(tile, block),
+                                ray_of_tile(tile, block), (ints)(-1), !ORTHOGRAPHIC && !LONG_LENS));
 }
