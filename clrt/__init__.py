@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from clrt.scene.film import Cell, Film, Label, LegendEntry
     from clrt.scene.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
     from clrt.scene.material import Material
+    from clrt.scene.mesh import Mesh
     from clrt.scene.scene import Scene
     from clrt.scene.spheres import Sphere, Spheres
     from clrt.viewer.notebook import show
@@ -74,6 +75,7 @@ _HOMES = {
     "clrt.scene.capsules": ("Capsule", "Capsules"),
     "clrt.scene.film": ("Cell", "Film", "Label", "LegendEntry"),
     "clrt.scene.material": ("Material",),
+    "clrt.scene.mesh": ("Mesh",),
     "clrt.scene.scene": ("Scene",),
     "clrt.scene.spheres": ("Sphere", "Spheres"),
     "clrt.viewer.notebook": ("show",),
@@ -109,6 +111,7 @@ __all__ = [
     "LegendEntry",
     "Light",
     "Material",
+    "Mesh",
     "OutputError",
     "ParticleFile",
     "ParticleWarning",

@@ -38,10 +38,11 @@ def check(scene: str) -> None:
         with named(scene, SceneError):
             animation.Way(loaded).check(animation.all_frames(loaded))
     capsules = f"{len(loaded.capsules)} capsules, " if len(loaded.capsules) else ""
+    faces = f"{sum(map(len, loaded.meshes))} faces, " if loaded.meshes else ""
     click.echo(
-        f"{scene}: {len(loaded.spheres)} spheres, {capsules}{len(loaded.materials)} materials, "
-        f"{len(loaded.lights)} lights, max_depth {loaded.max_depth}, "
-        f"shadow_bias {loaded.shadow_bias:g}"
+        f"{scene}: {len(loaded.spheres)} spheres, {capsules}{faces}"
+        f"{len(loaded.materials)} materials, {len(loaded.lights)} lights, "
+        f"max_depth {loaded.max_depth}, shadow_bias {loaded.shadow_bias:g}"
     )
 
 

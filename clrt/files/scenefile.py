@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec.structs import replace
 
 from clrt import storage
@@ -21,9 +22,10 @@ from clrt.scene.capsules import Capsule
 from clrt.scene.film import Film
 from clrt.scene.light import LIGHT_KINDS, PointLight
 from clrt.scene.material import Material
+from clrt.scene.mesh import Mesh, Shading
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
-from clrt.values import did_you_mean
+from clrt.values import Vec3, did_you_mean
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
@@ -33,6 +35,18 @@ PARTS = 50
 LONG_KEY = re.compile(
     rf"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{PARTS}}}"""
 )
+
+
+class MeshTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A mesh as a scene file has it."""
+
+    vertices: list[Vec3]
+    faces: list[tuple[int, int, int]]
+    material: str
+    normals: list[Vec3] | None = None
+    colors: list[Vec3] | None = None
+    """Linear RGB, one a vertex or one a face."""
+    shading: Shading | None = None
 
 
 class TOMLError(SceneError):
@@ -93,7 +107,9 @@ def doubts(scene: Scene) -> Iterator[str]:
     if max(scene.film.background) > 1:
         found = list(scene.film.background)
         yield f"film.background: {found} is over 1: colours are from 0 to 1"
-    if not scene.lights and any(map(len, (scene.spheres, scene.capsules, scene.particles))):
+    if not scene.lights and any(
+        map(len, (scene.spheres, scene.capsules, scene.meshes, scene.particles))
+    ):
         yield "there are no [[lights]]: all that is there is black"
 
 
@@ -149,6 +165,8 @@ def parse_scene(text: str) -> Scene:
             _convert(table, Material, f"materials.{name}")
     if isinstance(tables.get("lights"), list):
         tables["lights"] = [_light(table, i) for i, table in enumerate(tables["lights"])]
+    if isinstance(tables.get("meshes"), list):
+        tables["meshes"] = [_mesh(table, i) for i, table in enumerate(tables["meshes"])]
     return _convert(tables, Scene, "")
 
 
@@ -180,6 +198,23 @@ def _light(table: Any, i: int) -> Any:
             kinds = " and ".join(having)
             raise SceneError(f"{where}.{key}: expected in lights of type {kinds}, not {kind!r}")
     return {**table, "type": kind}
+
+
+def _mesh(table: Any, i: int) -> Mesh:
+    """The mesh of a table."""
+    where = f"meshes[{i}]"
+    given = _convert(table, MeshTable, where)
+    try:
+        return Mesh(
+            np.array(given.vertices).reshape(-1, 3),
+            np.array(given.faces).reshape(-1, 3),
+            given.normals,
+            given.colors,
+            given.material,
+            given.shading,
+        )
+    except SceneError as error:
+        raise SceneError(f"{where}.{error}") from None
 
 
 def _convert(tables: Any, kind: type[T], path: str) -> T:
@@ -215,6 +250,7 @@ TABLES: tuple[tuple[str, str, type[msgspec.Struct]], ...] = (
     ("lights", "in [[lights]]", PointLight),
     ("spheres", "in [[spheres]]", Sphere),
     ("capsules", "in [[capsules]]", Capsule),
+    ("meshes", "in [[meshes]]", MeshTable),
     ("particles", "in [[particles]]", ParticleFile),
     ("animation", "in [animation]", Animation),
 )

@@ -15,6 +15,7 @@ from clrt.errors import RequestError
 from clrt.files.image import check_file, written_whole
 from clrt.film import color
 from clrt.particles.particlefile import ParticleFile
+from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere, Spheres
 
@@ -94,6 +95,12 @@ def _plain(value: Any) -> Any:
             if given is not None and not _is_default(field, given):
                 table[field.name] = _plain(given)
         return table
+    if isinstance(value, Mesh):
+        keys = ("vertices", "faces", "normals", "colors", "material", "shading")
+        given = {key: getattr(value, key) for key in keys}
+        return {key: _plain(one) for key, one in given.items() if one is not None}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
     if isinstance(value, dict):
         return {name: _plain(one) for name, one in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):

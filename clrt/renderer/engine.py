@@ -285,6 +285,8 @@ def _check_read(scene: Scene) -> None:
         raise RequestError("particles: expected none that are in files: clrt.Renderer reads them")
     if len(scene.capsules):
         raise RequestError("capsules: the kernels do not know them yet, expected none")
+    if scene.meshes:
+        raise RequestError("meshes: the kernels do not know them yet, expected none")
 
 
 def default_lanes(device: "cl.Device") -> int:

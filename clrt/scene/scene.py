@@ -18,6 +18,7 @@ from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.film import Film
 from clrt.scene.light import LIGHT_KINDS, AmbientLight, LightKind
 from clrt.scene.material import Material
+from clrt.scene.mesh import Mesh
 from clrt.scene.rows import Rows
 from clrt.scene.spheres import Sphere, Spheres
 from clrt.values import (
@@ -58,6 +59,8 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """They come after `spheres`, in this order. clrt.figure.resolver reads them."""
     capsules: Sequence[Capsule] = ()
     """Capsule by Capsule, or Capsules. Indices count them after all spheres."""
+    meshes: Sequence[Mesh] = ()
+    """Indices count their faces, mesh by mesh, after all capsules."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.camera, Camera), "camera", "a Camera", self.camera)
@@ -68,6 +71,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             good = isinstance(name, str) and isinstance(material, Material)
             require(good, f"materials.{name}", "a Material", material)
         all_of(self, "particles", ParticleFile, "a ParticleFile")
+        all_of(self, "meshes", Mesh, "a Mesh")
         good = self.animation is None or isinstance(self.animation, Animation)
         require(good, "animation", "an Animation", self.animation)
         require(isinstance(self.film, Film), "film", "a Film", self.film)
@@ -91,6 +95,11 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             *_unknown_materials(self, "spheres", Sphere, Spheres),
             *_unknown_materials(self, "capsules", Capsule, Capsules),
             *(
+                (f"meshes[{i}].material", one.material)
+                for i, one in enumerate(self.meshes)
+                if one.material not in self.materials
+            ),
+            *(
                 (f"particles[{i}].material", one.material)
                 for i, one in enumerate(self.particles)
                 if one.material not in known
@@ -98,12 +107,15 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ]
         for where, name in unknown:
             require(False, where, f"the name of a material ({some(self.materials)})", name)
-        if len(self.capsules):
-            good = self.shadow_bias == 0
-            require(good, "shadow_bias", "0 where there are capsules", self.shadow_bias)
-            for name in Capsules.of(self.capsules).used:
-                glass, key = self.materials[name].transmission, f"materials.{name}.transmission"
-                require(glass == 0, key, "0 of a material of capsules", glass)
+        for key, used in (
+            ("capsules", Capsules.of(self.capsules).used if len(self.capsules) else ()),
+            ("meshes", [mesh.material for mesh in self.meshes]),
+        ):
+            for name in used:
+                expected = f"0 where there are {key}"
+                require(self.shadow_bias == 0, "shadow_bias", expected, self.shadow_bias)
+                glass, where = self.materials[name].transmission, f"materials.{name}.transmission"
+                require(glass == 0, where, f"0 of a material of {key}", glass)
         for key in translucency(self):
             require(self.shadow_bias == 0, "shadow_bias", f"0 beside {key}", self.shadow_bias)
             require(not self.indirect, "indirect", f"false beside {key}", self.indirect)
@@ -118,11 +130,11 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def is_random(self) -> bool:
         """Whether rays are drawn at random, so that each pixel needs many. Round lights alone do
-        not make them so: what spheres hide of them has a closed form. What capsules do has none."""
+        not make them so: what spheres hide of them has a closed form. What others do has none."""
         occluded = any(isinstance(light, AmbientLight) and light.occlusion for light in self.lights)
         spread = occluded or self.camera.has_lens or self.is_glossy or self.is_indirect
         is_round = any(getattr(light, "is_round", False) for light in self.lights)
-        return spread or (is_round and len(self.capsules) > 0)
+        return spread or (is_round and len(self.capsules) + len(self.meshes) > 0)
 
     @property
     def is_glossy(self) -> bool:
@@ -173,8 +185,9 @@ def beyond_paper(scene: Scene) -> str | None:
             return f"transmission of materials.{name}"
     for key in translucency(scene):
         return key
-    if len(scene.capsules):
-        return "capsules"
+    for key in ("capsules", "meshes"):
+        if len(getattr(scene, key)):
+            return key
     return beyond_one_ray(scene) or ("samples > 1" if scene.samples > 1 else None)
 
 
