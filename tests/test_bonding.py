@@ -28,26 +28,25 @@ RING = clrt.Particles(CHAIN.positions, cell=CHAIN.cell, radii=np.full(4, 0.4), b
 
 def ends(made: Any) -> list[list[float]]:
     """x of both ends of each capsule."""
-    found = np.stack([made.bonds.start[:, 0], made.bonds.end[:, 0]], axis=1)
+    found = np.stack([made.capsules.start[:, 0], made.capsules.end[:, 0]], axis=1)
     return found.round(9).tolist()
 
 
 def test_one_capsule_where_ends_have_one_colour_else_two() -> None:
     made = colored(CHAIN, bonds="file")
     assert ends(made) == [[0.1, 1.6], [1.6, 2.35], [3.1, 2.35]]
-    assert made.ends is not None
-    assert len(made.ends) == 0
-    assert made.bonds is not None
-    assert made.bonds.color is not None
+    assert len(made.parts) == 1
+    assert made.capsules is not None
+    assert made.capsules.color is not None
     carbon, oxygen = color.linear(np.array([[0x90] * 3, [0xFF, 0x0D, 0x0D]], np.uint8))
-    assert (made.bonds.color == [carbon, carbon, oxygen]).all()
-    assert made.bonds.names == ("soft",)
-    one = colored(CHAIN, bonds="file", bond_color="red").bonds
+    assert (made.capsules.color == [carbon, carbon, oxygen]).all()
+    assert made.capsules.names == ("soft",)
+    one = colored(CHAIN, bonds="file", bond_color="red").capsules
     assert one is not None
     assert one.color is not None
     assert len(one) == 2
     assert (one.color == color.linear(np.array([255, 0, 0], np.uint8))).all()
-    white = colored(CHAIN, bonds="file", color="material", material="gold").bonds
+    white = colored(CHAIN, bonds="file", color="material", material="gold").capsules
     assert white is not None
     assert white.color is None
 
@@ -55,8 +54,7 @@ def test_one_capsule_where_ends_have_one_colour_else_two() -> None:
 def test_halves_across_the_box() -> None:
     made = colored(RING, bonds="file")
     assert ends(made) == [[4.6, 5.35], [0.1, -0.65]]
-    assert made.ends is not None
-    assert made.ends[:, 0] == pytest.approx([5.35, -0.65])
+    assert made.parts[1].center[:, 0] == pytest.approx([5.35, -0.65])
     scene = compose.scene(RING, Look(bonds="file", view="z", size=(600, 300), margin=0))
     # Twice as wide as high: it holds the halves and their round ends.
     assert scene.camera.height is not None
@@ -87,7 +85,7 @@ def test_bonds_go_with_their_particles() -> None:
         (CHAIN, {"bonds": True}, 2),
         (CHAIN, {"bonds": "auto"}, 5),
         (CHAIN, {"bonds": 1.6}, 5),
-        (CHAIN, {"bonds": 1.4}, 0),
+        (CHAIN, {"bonds": 1.4}, None),
         (CHAIN, {"bonds": np.array([[0, 3], [0, 1]])}, 3),
         (CHAIN.replaced(bonds=None), {"bonds": True}, 5),
         (CHAIN.replaced(bonds=None), {"material": "ball-and-stick"}, 5),
@@ -96,13 +94,13 @@ def test_bonds_go_with_their_particles() -> None:
 )
 def test_which(particles: clrt.Particles, given: dict[str, Any], expected: int | None) -> None:
     """Of one colour: one each, and two across the box."""
-    made = colored(particles, radius=0.3, bond_color="red", **given).bonds
+    made = colored(particles, radius=0.3, bond_color="red", **given).capsules
     assert (None if made is None else len(made)) == expected
 
 
 def test_radii() -> None:
     def thick(particles: clrt.Particles, **given: Any) -> float:
-        made = colored(particles, **{"bonds": "file", **given}).bonds
+        made = colored(particles, **{"bonds": "file", **given}).capsules
         assert made is not None
         return float(made.radius[0])
 

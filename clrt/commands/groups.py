@@ -25,7 +25,7 @@ def group(
         before = len(params)
         for option in reversed(options):
             option(gathered)
-        keys = [param.name or "" for param in params[before:]]
+        keys = {param.name or "" for param in params[before:]}
         return gathered
 
     return decorate
@@ -35,6 +35,9 @@ CLIM_WORDS = ("first", "all")
 """Of --clim, in place of its two numbers."""
 IN_PLACE = {"--clim": CLIM_WORDS, "--scalebar": ("auto",)}
 """Options of two values, and words that stand for both."""
+
+SOLID = "--cell-solid"
+"""What Grouped makes of --cell solid, for --cell has no value."""
 
 HEADINGS = {
     "Picture": ("output", "width", "height", "samples", "style", "background", "transparent"),
@@ -48,6 +51,7 @@ HEADINGS = {
     ),
     "Their radii": ("radius", "scale"),
     "Their bonds": ("bonds", "bond_radius", "bond_color"),
+    "Their vectors": ("vectors", "vector_scale", "vector_color"),
     "Where they are seen from": (
         "view",
         "up",
@@ -73,6 +77,9 @@ class Grouped(click.Command):
         found: list[str] = []
         for word in words:
             name, equals, value = word.partition("=")
+            if word == "--cell=solid" or (word == "solid" and found[-1:] == ["--cell"]):
+                found[len(found) - (word == "solid") :] = [SOLID]
+                continue
             if name in IN_PLACE and equals:
                 found.append(name)
                 word = value

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from clrt.commands.groups import CLIM_WORDS, group
+from clrt.commands.groups import CLIM_WORDS, SOLID, group
 from clrt.errors import RequestError
 
 
@@ -145,7 +145,10 @@ PARTICLE_OPTIONS = (
         "else 1.",
     ),
     click.option("--style", metavar="NAME", help="See 'clrt styles'; default: soft."),
-    click.option("--cell", is_flag=True, help="Draw the edges of the box."),
+    click.option(
+        "--cell", is_flag=True, help="Draw the edges of the box; --cell solid: with shadows."
+    ),
+    click.option(SOLID, "is_solid", is_flag=True, hidden=True),
     click.option(
         "--bonds",
         metavar="file|auto|X",
@@ -162,6 +165,16 @@ PARTICLE_OPTIONS = (
     click.option(
         "--bond-color", metavar="atoms|COLOR", help="Default: atoms, each half that of its atom."
     ),
+    click.option(
+        "--vectors", metavar="NAME", help="Arrows at the particles: v of columns vx, vy, vz."
+    ),
+    click.option(
+        "--vector-scale",
+        type=float,
+        metavar="X",
+        help="How long arrows are; default: their mean is twice the median radius.",
+    ),
+    click.option("--vector-color", metavar="atoms|COLOR", help="Default: atoms."),
     click.option(
         "--view",
         metavar="NAME|X,Y,Z",
@@ -183,7 +196,11 @@ PARTICLE_OPTIONS = (
 )
 
 
-particle_options = group("drawn", dict, PARTICLE_OPTIONS)
+def _drawn(is_solid: bool, **given: Any) -> dict[str, Any]:
+    return given | {"cell": "solid" if is_solid else given["cell"]}
+
+
+particle_options = group("drawn", _drawn, PARTICLE_OPTIONS)
 """How particles are drawn: fields of clrt.figure.Look."""
 
 PARTICLE_KEYS = {
@@ -192,6 +209,7 @@ PARTICLE_KEYS = {
         *("select", "hide", "wrap", "replicate", "color", "colors", "cmap", "clim", "colorbar"),
         *("radius", "scale", "opacity", "style", "cell", "view", "up", "zoom", "center"),
         *("projection", "bonds", "bond_radius", "bond_color"),
+        *("vectors", "vector_scale", "vector_color"),
         *("margin", "background", "samples", "altloc", "assembly"),
         *("title", "label", "labels", "scalebar", "axes"),
     )

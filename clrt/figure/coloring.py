@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from clrt.errors import ParticleWarning, RequestError
 from clrt.figure import bonding, captions
+from clrt.figure.lines import Asked, Lines, Sizes, edges, lines
 from clrt.film import color as colors_of
 from clrt.film.decor import legend as legends
 from clrt.particles import choose, elements, expression, palette
@@ -50,8 +51,8 @@ class Meaning(NamedTuple):
     """The least and the largest finite value of that column, if there is one."""
     spare: float | None = None
     """The radius of particles that have none."""
-    bond: float | None = None
-    """The radius of bonds, if there are some."""
+    lines: Sizes | None = None
+    """Of bonds and arrows."""
 
 
 class Colored(NamedTuple):
@@ -78,16 +79,12 @@ class Colored(NamedTuple):
     """That of the film, with its fields filled."""
     unit: str
     """Of lengths, as it is written; "": nobody knows."""
-    bonds: Capsules | None = None
-    ends: Array | None = None
-    """(k, 3): where bonds end at no particle."""
-
-    @property
-    def parts(self) -> list[Spheres]:
-        """Spheres that hold all that is drawn beside the box."""
-        if self.bonds is None or self.ends is None or not len(self.ends):
-            return [self.spheres]
-        return [self.spheres, Spheres(self.ends, self.bonds.radius[0], PLAIN)]
+    capsules: Capsules | None
+    """Bonds, arrows, and edges of a solid box."""
+    parts: list[Spheres]
+    """They hold all that is drawn beside the box."""
+    is_solid: bool = False
+    """The box is drawn by capsules."""
 
 
 def colored(
@@ -106,10 +103,13 @@ def colored(
     opacity: float | str | None = None,
     cmap: str = "viridis",
     clim: tuple[float, float] | str | None = None,
-    cell: bool = False,
+    cell: bool | Literal["solid"] = False,
     bonds: Any = None,
     bond_radius: float | None = None,
     bond_color: str = ATOMS,
+    vectors: str | None = None,
+    vector_scale: float | None = None,
+    vector_color: str = ATOMS,
     labels: str | None = None,
     label: str = "",
     meaning: Meaning | None = None,
@@ -151,12 +151,12 @@ def colored(
     radii = radii * scale
     many = int(np.prod(replicate))
     moved = choose.images(particles, replicate) if many > 1 else np.zeros((1, 3))
-    part = particles if kept is None else particles.where(kept)
-    joined = bonding.found(part, bonds, material, says=meaning is None)
-    sticks = ends = thick = None
-    if joined is not None:
-        thick = bond_radius or (meaning and meaning.bond) or bonding.radius_of(part, radii.min())
-        sticks, ends = bonding.capsules(part, joined, thick, bond_color, material, linear, moved)
+    asked = Asked(bonds, bond_radius, bond_color, vectors, vector_scale, vector_color)
+    beside = Lines(None, [], Sizes())
+    if asked != Asked() or material == BALLS:
+        part = particles if kept is None else particles.where(kept)
+        known = None if meaning is None else meaning.lines or Sizes()
+        beside = lines(part, radii, linear, moved, material, asked, known)
     if many > 1:
         positions = (positions + moved[:, np.newaxis]).reshape(-1, 3)
         radii = np.tile(radii, many)
@@ -175,13 +175,27 @@ def colored(
     box = None if particles.cell is None else box_of(particles, replicate)
     if cell and box is None:
         raise RequestError("cell: expected particles in a box, got none")
-    found = found._replace(spare=spare, bond=thick)
-    drawn = box if cell else None
     texts = () if written is None else tuple(captions.labels(written, rows, spheres))
-    text = captions.filled(label, {**captions.USUAL, **particles.facts}, particles, rows)
-    unit = UNITS.get(particles.unit or "", particles.unit or "")
+    capsules = beside.capsules
+    if cell == "solid" and box is not None:
+        walls = edges(box, material)
+        capsules = walls if capsules is None else Capsules.joined([capsules, walls])
     return Colored(
-        spheres, rows, by, title, cmap, found, legend, box, drawn, texts, text, unit, sticks, ends
+        spheres,
+        rows,
+        by,
+        title,
+        cmap,
+        found._replace(spare=spare, lines=beside.sizes),
+        legend,
+        box,
+        box if cell else None,
+        texts,
+        captions.filled(label, {**captions.USUAL, **particles.facts}, particles, rows),
+        UNITS.get(particles.unit or "", particles.unit or ""),
+        capsules,
+        [spheres, *beside.aside],
+        cell == "solid",
     )
 
 
@@ -197,7 +211,7 @@ def together(meanings: Sequence[Meaning]) -> Meaning:
                     for k in one.numbers}  # fmt: skip
     first, reach = meanings[0], _joint(one.reach for one in meanings)
     there = tuple(sorted(numbers))
-    return Meaning(clim, kinds, there, names, reach, first.spare, first.bond)
+    return Meaning(clim, kinds, there, names, reach, first.spare, first.lines)
 
 
 def _joint(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:
@@ -219,9 +233,10 @@ def decorated(film: Film, parts: Sequence[Colored]) -> Film:
     Raises:
         RequestError: nothing is coloured so, or there is no box.
     """
+    drawn = [part.cell for part in parts if part.cell and not part.is_solid]
     film = replace(
         film,
-        cells=(*film.cells, *(part.cell for part in parts if part.cell)),
+        cells=(*film.cells, *drawn),
         labels=(*film.labels, *(label for part in parts for label in part.labels)),
         label=next((part.label for part in parts), film.label),
     )
@@ -317,8 +332,9 @@ def _radii(
     elif particles.radii is not None:
         known = particles.radii * BALL if is_balls else particles.radii
     else:
-        spare = _spare(particles) if meaning is None or meaning.spare is None else meaning.spare
-        found[left] = spare * BALL if is_balls else spare
+        known_spare = None if meaning is None else meaning.spare
+        spare = known_spare or _spare(particles) * (BALL if is_balls else 1)
+        found[left] = spare
         return found, spare
     return (known if left.all() else np.where(left, known, found)), None
 

@@ -27,6 +27,7 @@ from clrt.values import Array, did_you_mean, number, require, switches
 COLORING = (
     *("select", "hide", "wrap", "replicate", "radius", "scale", "color", "colors", "opacity"),
     *("cmap", "clim", "cell", "labels", "bonds", "bond_radius", "bond_color"),
+    *("vectors", "vector_scale", "vector_color"),
 )
 """What a Look and a clrt.ParticleFile have alike."""
 
@@ -49,13 +50,16 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     colorbar: str | None = None
     """The label of a colour bar or legend; "": there is none. None: there is a legend if text gives
     the colours."""
-    cell: bool = False
-    """The edges of the particles' box are drawn."""
+    cell: bool | Literal["solid"] = False
+    """The edges of the particles' box are drawn; "solid": as capsules, which throw shadows."""
     bonds: Any = None
     """As of a clrt.ParticleFile; or True, the file's, or else "auto"; False, none; or (m, 2),
     indices of the particles that each one joins."""
     bond_radius: float | None = None
     bond_color: str | Sequence[float] = ATOMS
+    vectors: str | None = None
+    vector_scale: float | None = None
+    vector_color: str | Sequence[float] = ATOMS
     """As of a clrt.ParticleFile."""
     labels: str | None = None
     """As of a clrt.ParticleFile."""
@@ -94,7 +98,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         coloring(self)
         good = self.colorbar is None or isinstance(self.colorbar, str)
         require(good, "colorbar", "a label", self.colorbar)
-        switches(self, "cell", "transparent")
+        switches(self, "transparent")
         if isinstance(self.scalebar, tuple | list):
             good = len(self.scalebar) == 2 and isinstance(self.scalebar[1], str)
             require(good, "scalebar", "a length and a text, or 'auto'", self.scalebar)
@@ -121,8 +125,10 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         elif self.colors is not None:
             color.srgb("colors", self.colors)
         color.srgb("background", self.background)
-        if not (isinstance(self.bond_color, str) and self.bond_color == ATOMS):
-            color.srgb("bond_color", self.bond_color)
+        for key in ("bond_color", "vector_color"):
+            given = getattr(self, key)
+            if not (isinstance(given, str) and given == ATOMS):
+                color.srgb(key, given)
         styles.style(self.style)
         try:
             width, height = map(operator.index, self.size)
@@ -247,7 +253,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         lights=styles.lights(style, camera, extent),
         materials={look.style: style.material},
         spheres=made.spheres,
-        capsules=() if made.bonds is None else made.bonds,
+        capsules=() if made.capsules is None else made.capsules,
         film=film,
         samples=look.samples,
     )

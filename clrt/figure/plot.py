@@ -19,8 +19,10 @@ from clrt.film.color import srgb
 from clrt.particles.particles import Particles
 from clrt.particles.texts import distinct
 from clrt.scene.scene import Scene
-from clrt.values import Array
+from clrt.values import Array, require
 
+VECTORS = "vectors"
+"""The name of the columns that plot() makes of `vectors`."""
 VALUES = "values"
 """The name of the column that plot() makes of `values`."""
 
@@ -74,7 +76,7 @@ def plot(
     cmap: str = "viridis",
     clim: tuple[float, float] | Literal["first", "all"] | None = None,
     colorbar: str | None = None,
-    cell: bool | ArrayLike | None = None,
+    cell: bool | Literal["solid"] | ArrayLike | None = None,
     bonds: bool | str | float | ArrayLike | None = None,
     bond_radius: float | None = None,
     bond_color: str | Sequence[float] = "atoms",
@@ -86,6 +88,9 @@ def plot(
     colorbar_side: Literal["right", "bottom"] = "right",
     font_size: float | str = 1 / 36,
     line_width: float | str = 1 / 540,
+    vectors: str | ArrayLike | None = None,
+    vector_scale: float | None = None,
+    vector_color: str | Sequence[float] = "atoms",
     wrap: bool = False,
     replicate: Sequence[int] = (1, 1, 1),
     view: str | Sequence[float] | None = None,
@@ -129,7 +134,8 @@ def plot(
         clim: what the map's ends stand for; default: the least and the largest finite value.
         colorbar: the label of a colour bar, or of a legend of elements, types or text; "": none.
             Default: none, but a legend where text gives the colours.
-        cell: True draws the particles' box; (3, 3), a row for each edge, draws that one.
+        cell: True draws the particles' box, "solid" with edges that throw shadows; (3, 3), a row
+            for each edge, draws that one.
         bonds: True, the particles', or else "auto": of atoms nearer than 1.2 times the sum of their
             covalent radii, but no two of hydrogen; a distance: of all that are nearer; (m, 2):
             indices of the particles that each one joins; "file"; False. Default: True with the
@@ -149,6 +155,11 @@ def plot(
         font_size: an em, as a part of the picture's smaller side, or points on a page, as
             "8pt/85mm" where the picture is printed 85 mm wide.
         line_width: of the box's edges, likewise.
+        vectors: arrows at the particles, (n, 3), or the name of three columns, as "v" of vx, vy and
+            vz. They begin at the particles' surfaces.
+        vector_scale: how long arrows are, in their vectors; default: so that their mean is twice
+            the median radius.
+        vector_color: "atoms": that of its particle; or of all.
         wrap: particles are moved into their box.
         replicate: how many images there are along each edge of their box.
         view: where the camera stands: "corner", "iso", "x", "-x", "y", "-y", "z", "-z", or
@@ -178,7 +189,7 @@ def plot(
         color = "file"
     if values is not None:
         color = VALUES
-    particles = _changed(particles, None if by_kind else radii, many, values, cell)
+    particles = _changed(particles, None if by_kind else radii, many, values, vectors, cell)
     if opacity is not None and not isinstance(opacity, str):
         with called({"opacities": "opacity"}):
             particles, opacity = particles.replaced(opacities=opacity), None
@@ -196,7 +207,11 @@ def plot(
             cmap=cmap,
             clim=clim,
             colorbar=colorbar,
-            cell=cell is not None and cell is not False,
+            cell=(
+                cell  # type: ignore[arg-type]
+                if isinstance(cell, str)
+                else cell is not None and cell is not False
+            ),
             bonds=_bonds(bonds),
             bond_radius=bond_radius,
             bond_color=bond_color,
@@ -208,6 +223,9 @@ def plot(
             colorbar_side=colorbar_side,
             font_size=font_size,
             line_width=line_width,
+            vectors=vectors if vectors is None or isinstance(vectors, str) else VECTORS,
+            vector_scale=vector_scale,
+            vector_color=vector_color,
             view=view,
             up=up,
             zoom=zoom,
@@ -246,14 +264,20 @@ def _changed(
     radii: Any,
     colors: Any,
     values: ArrayLike | None,
-    cell: bool | ArrayLike | None,
+    vectors: str | ArrayLike | None,
+    cell: bool | str | ArrayLike | None,
 ) -> Particles:
     """The particles with what plot() was given in place of their own."""
     if colors is not None and np.ndim(colors) == 1:
         colors = np.broadcast_to(srgb("colors", colors), (len(particles), 3))
     more = {} if values is None else {VALUES: values}
-    own_box = cell is not None and not isinstance(cell, bool)
-    if radii is None and colors is None and values is None and not own_box:
+    if vectors is not None and not isinstance(vectors, str):
+        ways = np.asarray(vectors)
+        expected = f"numbers of shape ({len(particles)}, 3), or a name"
+        require(ways.shape == (len(particles), 3), "vectors", expected, ways)
+        more |= {f"{VECTORS}_{axis}": ways[:, i] for i, axis in enumerate("xyz")}
+    own_box = cell is not None and not isinstance(cell, bool | str)
+    if radii is None and colors is None and not more and not own_box:
         return particles
     return particles.replaced(
         radii=particles.radii if radii is None else radii,

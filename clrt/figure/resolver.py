@@ -76,7 +76,7 @@ def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
     label = scene.film.label
     parts = [_colored(i, one, label) for i, one in enumerate(scene.particles)]
     own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
-    capsules = [Capsules.of(scene.capsules), *(part.bonds for part in parts if part.bonds)]
+    capsules = [Capsules.of(scene.capsules), *(part.capsules for part in parts if part.capsules)]
     capsules = [many for many in capsules if len(many)] or capsules[:1]
     try:
         film = decorated(scene.film, parts)

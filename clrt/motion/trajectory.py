@@ -84,7 +84,7 @@ class Flow:
         """The camera that holds the first frame in a picture of so many columns and rows."""
         first, box = self._seen
         look = replace(self.look, size=size)
-        return compose.framed(first, look, [first.spheres], box, self._first.film)
+        return compose.framed(first, look, first.parts, box, self._first.film)
 
     def scene(self, frame: int) -> Scene:
         """The scene of a frame.
@@ -119,7 +119,7 @@ class Flow:
         return replace(
             self._first,
             spheres=made.spheres,
-            capsules=() if made.bonds is None else made.bonds,
+            capsules=() if made.capsules is None else made.capsules,
             film=decorated(self._film, [made]),
         )
 
@@ -143,7 +143,7 @@ class Flow:
             alone = Meaning(spare=first.meaning.spare)
             with suppress(ClrtError):  # it is told when the frame is rendered
                 made = self._drawn(self._particles(reader, frame), alone)
-                yield made._replace(spheres=NONE, rows=None, bonds=None)
+                yield made._replace(spheres=NONE, rows=None, capsules=None, parts=[])
 
     def _particles(self, reader: Reader, frame: int) -> Particles:
         found = reader.frame(frame)

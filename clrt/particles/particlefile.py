@@ -57,8 +57,8 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     clim: tuple[float, float] | Literal["first", "all"] | None = None
     """What the map's ends stand for. None: the least and the largest finite value; of a trajectory
     those of ten frames, of the "first", or of "all"."""
-    cell: bool = False
-    """The edges of the file's box are drawn."""
+    cell: bool | Literal["solid"] = False
+    """The edges of the file's box are drawn; "solid": as capsules, which throw shadows."""
     bonds: str | float | None = None
     """ "file": the file's, and those that names of residues tell; "auto": of atoms nearer than 1.2
     times the sum of their covalent radii, no two of hydrogen; a distance, world units: of all that
@@ -71,13 +71,18 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """ "atoms": each half that of its particle; or sRGB."""
     labels: str | None = None
     """A column, or an expression over columns, that is written at each particle that is seen."""
+    vectors: str | None = None
+    """Arrows at the particles: "v" stands for the columns vx, vy and vz."""
+    vector_scale: float | None = None
+    """How long arrows are, in their vectors. None: their mean is twice the median radius."""
+    vector_color: str = ATOMS
+    """ "atoms": that of its particle; or sRGB."""
 
     def __post_init__(self) -> None:
         require(isinstance(self.file, str) and self.file != "", "file", "a file's name", self.file)
         count(self, "frame", 0, 2**31 - 1)
         require(isinstance(self.material, str), "material", "a material's name", self.material)
         coloring(self)
-        switches(self, "cell")
 
 
 MOST_IMAGES = 10**6
@@ -117,12 +122,17 @@ def coloring(struct: Any) -> None:
         expected = "'file', 'auto', 'none' or a distance above 0"
         require(not isinstance(bonds, str), "bonds", expected, bonds)
         number(struct, "bonds", expected, lambda distance: distance > 0)
-    if struct.bond_radius is not None:
-        number(struct, "bond_radius", "a finite number above 0", lambda radius: radius > 0)
     if isinstance(struct.opacity, str):
         require(struct.opacity != "", "opacity", "a number or an expression", struct.opacity)
     elif struct.opacity is not None:
         number(struct, "opacity", "a number from 0 to 1", lambda part: 0 <= part <= 1)
+    for key in ("bond_radius", "vector_scale"):
+        if getattr(struct, key) is not None:
+            number(struct, key, "a finite number above 0", lambda given: given > 0)
+    good = struct.vectors is None or (isinstance(struct.vectors, str) and struct.vectors != "")
+    require(good, "vectors", "the name of three columns, as v of vx, vy and vz", struct.vectors)
+    good = isinstance(struct.cell, bool) or struct.cell == "solid"
+    require(good, "cell", "true, false or 'solid'", struct.cell)
     number(struct, "scale", "a finite number above 0", lambda scale: scale > 0)
     good = struct.color is None or (isinstance(struct.color, str) and struct.color != "")
     expected = "'file', 'element', 'type', 'material' or an expression over columns"
