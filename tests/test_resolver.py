@@ -172,7 +172,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
         "clim: expected two finite numbers, the lower one first, got (2.0, 1.0)",
     ),
     ({"clim": [2.0]}, "clim: expected `array` of length 2, got 1"),
-    ({"cell": 1}, "cell: expected `bool`, got `int`"),
+    ({"cell": 1}, "cell: expected `bool | str`, got `int`"),
     ({"colour": "file"}, "colour: unknown key"),
     ({"material": "gold"}, "material: expected the name of a material ('red'), got 'gold'"),
 ]

@@ -135,6 +135,22 @@ def test_particles_without_a_file() -> None:
     assert subject.styled("outline").at(0).film.outline == styles.STYLES["outline"].outline
 
 
+def test_bonds(flow: Path) -> None:
+    """They are words of the command, and can be picked; a style may have them."""
+    subject = of_file(flow, {"bonds": 1.6, "bond_color": "red", "cell": False})
+    assert subject.words[1:5] == ("--bonds", "1.6", "--bond-color", "red")
+    scene = subject.at(1)
+    assert len(scene.capsules) == 2
+    found = subject.described(scene, 1, 3)
+    assert found == {
+        "index": 3, "start": (0.5, 0, 0), "end": (2, 0, 0), "radius": 0.15, "material": "soft"
+    }  # fmt: skip
+    assert subject.styled is not None
+    bare = of_file(flow, {"style": "soft"})
+    assert bare.styled is not None
+    assert (len(bare.at(0).capsules), len(bare.styled("ball-and-stick").at(0).capsules)) == (0, 2)
+
+
 def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
     scene = clrt.plot(flow, size=(40, 30), samples=1).scene
     subject = of_figure(scene, (40, 30))

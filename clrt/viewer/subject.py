@@ -67,9 +67,14 @@ class Subject:
     """The same in another style."""
 
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
-        """The place, radius, material and values of a sphere; None of -1, which is none."""
+        """The place, radius, material and values of a sphere, or the ends, radius and material of a
+        capsule; None of -1, which is none."""
         if index < 0:
             return None
+        if index >= len(scene.spheres):
+            capsule = scene.capsules[index - len(scene.spheres)]
+            ends = {"start": capsule.start, "end": capsule.end, "radius": capsule.radius}
+            return {"index": index} | ends | {"material": capsule.material}
         sphere = scene.spheres[index]
         known = {"index": index, "position": sphere.center, "radius": sphere.radius}
         return known | {"material": sphere.material} | self.values(frame, index)
