@@ -70,8 +70,8 @@ def test_labels_are_where_particles_are() -> None:
     assert [label.text for label in film(labels="speed / 8").labels] == ["0.125", "12.5"]
     assert [label.text for label in film(labels="index", select="speed > 1").labels] == ["1"]
     assert len(film(labels="name", replicate=(2, 1, 1)).labels) == 2
-    with pytest.raises(RequestError, match=r"labels: expected one of .* got 'nam'; did you mean"):
-        film(labels="nam")
+    with pytest.raises(RequestError, match=r"labels: expected one of .* got 'namee'; did you mean"):
+        film(labels="namee")
     many = clrt.Particles(np.zeros((10_001, 3)) + np.arange(10_001)[:, np.newaxis], radii=1.0)
     with pytest.raises(RequestError, match="labels: expected at most 10,000 particles, got 10,001"):
         compose.scene(many, Look(labels="index"))

@@ -28,6 +28,9 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     return run
 
 
+PICTURES = [".webp", ".gif", ".apng"]
+
+
 def still(frame: int, width: int = 48, height: int = 27) -> np.ndarray:
     scene = clrt.load_scene("orbit")
     return next(iter(clrt.animate(scene, width, height, frames=[frame], dtype=np.uint8)))
@@ -97,7 +100,75 @@ def test_alpha(run, tmp_path: Path, suffix: str) -> None:
         video.check_output(tmp_path / "a.gif", 48, 27, 2, 30, alpha=True)
 
 
-@pytest.mark.parametrize("suffix", [".webp", ".gif", ".apng"])
+@pytest.mark.parametrize("suffix", [".mov", ".mkv"])
+def test_other_containers(run, suffix: str) -> None:
+    """They have the same stream."""
+    for name in (f"a{suffix}", "a.mp4"):
+        result = run("-o", name, "--frames", "0-1", *SMALL)
+        assert result.exit_code == 0
+        # 27 rows are odd.
+        assert result.stderr.startswith(f"{name}: 2 frames of 48x28, for 48x27 is odd, in ")
+    streams = []
+    for name in (f"a{suffix}", "a.mp4"):
+        with av.open(name) as file:
+            told = file.streams.video[0].codec_context
+            assert (told.colorspace, told.color_range) == (1, 1)
+            streams.append([frame.to_ndarray() for frame in file.decode(video=0)])
+    assert (np.array(streams[0]) == np.array(streams[1])).all()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "fps", "lasts", "said"),
+    [
+        (".apng", 60, [17, 16, 17], "that last 16 or 17 ms"),
+        (".webp", 60, [17, 16, 17], "quality 80, that last 16 or 17 ms"),
+        (".gif", 30, [30, 40, 30], "that last 3 or 4 hundredths of a second"),
+        (".gif", 25, [40, 40, 40], "3 frames of 8x8"),
+        (".apng", 120, [8, 9, 8], "that last 8 or 9 ms, so short (8 ms) that browsers show"),
+        (".apng", 50, [20, 20, 20], "3 frames of 8x8"),
+    ],
+)
+def test_frames_last_as_long_as_is_said(
+    tmp_path: Path, suffix: str, fps: float, lasts: list[int], said: str
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    video.save(path, (np.full((8, 8, 3), 50 * k, np.uint8) for k in range(3)), fps)
+    with Image.open(path) as file:
+        found = []
+        for k in range(3):
+            file.seek(k)
+            file.load()
+            found.append(file.info["duration"])
+    assert found == lasts
+    line = video.said(path, 8, 8, 3, fps)
+    assert said in line
+    assert ("that last" in line) == ("that last" in said)
+
+
+def test_what_is_clear_has_the_colour_beside_it(tmp_path: Path) -> None:
+    """Lossy .webp mixes colours of neighbours: black under alpha 0 would tint what is seen."""
+    frame = np.zeros((64, 96, 4), np.uint8)
+    row, column = np.indices(frame.shape[:2])
+    frame[np.hypot(row - 31, column - 40) < 20] = (255, 120, 30, 255)
+    frame[np.hypot(row - 31, column - 80) < 9] = (40, 60, 255, 255)
+    seen = frame[..., 3] > 0
+    for quality, most in ((80, 12), (100, 0)):
+        video.save(tmp_path / "a.webp", [frame] * 2, 30, quality=quality)
+        with Image.open(tmp_path / "a.webp") as file:
+            found = np.asarray(file.convert("RGBA"))
+        assert (found[..., 3] == frame[..., 3]).all()
+        assert abs(found[seen].astype(int) - frame[seen])[:, :3].max() <= most
+    filled = video._filled(frame)
+    assert (filled[seen] == frame[seen]).all()
+    assert filled[31, 62, :3].tolist() == [255, 120, 30]
+    assert filled[31, 69, :3].tolist() == [40, 60, 255]
+    assert filled[9, 40, :3].tolist() == [255, 120, 30]
+    assert filled[1, 1, 0] > 100  # neither its row nor its column has one: about a mean
+    clear = np.zeros((4, 4, 4), np.uint8)
+    assert (video._filled(clear) == clear).all()
+
+
+@pytest.mark.parametrize("suffix", PICTURES)
 def test_moving_pictures(run, suffix: str) -> None:
     assert run("-o", f"a{suffix}", "--frames", "0-19", "--step", "2", *SMALL).exit_code == 0
     with Image.open(f"a{suffix}") as file:

@@ -36,7 +36,7 @@ from clrt.errors import ClrtError, FrameError, RequestError, SceneError, called,
     "--output",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Default <scene>.mp4 here. The suffix chooses: .mp4 (needs the extra clrt[video]), "
+    help="Default <scene>.mp4 here. The suffix chooses: .mp4 .mov .mkv (need clrt[video]), "
     ".webp .gif .apng; or a name with #### for numbered pictures of any still format.",
 )
 @video_options
@@ -158,13 +158,16 @@ def animate(
                     name = numbered.picture(output, k)
                     image.save(name, frame, transfer=film_of_all.transfer)
             else:
-                videos.save(output, bar, fps, video.crf)
+                videos.save(output, bar, fps, video.crf, video.quality)
     if faults:
         raise FrameError(f"{faults[0]}; {output} has the frames before it")
     if not quiet:
         seconds = time.perf_counter() - started
         kept = f", {skipped} were there" if resume else ""
-        say(f"{output}: {len(due)} frames of {width}x{height} in {seconds:.1f} s{kept}")
+        what = f"{output}: {len(due)} frames of {width}x{height}"
+        if not pattern:
+            what = videos.said(output, width, height, len(due), fps, video.quality)
+        say(f"{what}, in {seconds:.1f} s{kept}")
 
 
 def _good(frames: Iterable[Any], faults: list[ClrtError]) -> Iterator[Any]:

@@ -19,7 +19,7 @@ from clrt.errors import RequestError
     type=click.Path(path_type=Path),
     required=True,
     metavar="PATH",
-    help="The video: .mp4 (needs the extra clrt[video]), .webp .gif .apng.",
+    help="The video: .mp4 .mov .mkv (need the extra clrt[video]), .webp .gif .apng.",
 )
 @video_options
 @click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
@@ -54,7 +54,8 @@ def encode(
         closing(numbered.films(pattern, chosen)) as films,
         tqdm(films, total=len(chosen), unit="frame", disable=quiet or None, leave=False) as bar,
     ):
-        videos.save(output, bar, fps, video.crf)
+        videos.save(output, bar, fps, video.crf, video.quality)
     if not quiet:
         seconds = time.perf_counter() - started
-        say(f"{output}: {len(chosen)} frames of {width}x{height} in {seconds:.1f} s")
+        what = videos.said(output, width, height, len(chosen), fps, video.quality)
+        say(f"{what}, in {seconds:.1f} s")

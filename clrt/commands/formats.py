@@ -22,7 +22,7 @@ WRITTEN = (
     (".npy .npz .pfm", "pictures of linear float32", ""),
     (".exr", "pictures of linear float32, with passes", "clrt[exr]"),
     (".webp .gif .apng", "videos", ""),
-    (".mp4", "videos", "clrt[video]"),
+    (".mp4 .mov .mkv", "videos, H.264", "clrt[video]"),
 )
 
 

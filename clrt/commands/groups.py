@@ -61,7 +61,7 @@ HEADINGS = {
         "margin",
         "view_all",
     ),
-    "Frames and videos": ("frames", "step", "fps", "crf", "resume", "shard"),
+    "Frames and videos": ("frames", "step", "fps", "crf", "quality", "resume", "shard"),
     "Files": ("format", "output_format", "transfer", "bits", "passes", "region", "save_scene"),
     "Scenes": ("max_depth", "shadow_bias", "camera"),
 }

@@ -47,6 +47,7 @@ class VideoOptions(NamedTuple):
     step: int
     fps: float | None
     crf: int
+    quality: int
 
 
 RENDERING_OPTIONS = (
@@ -169,7 +170,15 @@ VIDEO_OPTIONS = (
         default=18,
         show_default=True,
         metavar="N",
-        help="Quality of .mp4: 0 is lossless, more is smaller.",
+        help="Quality of .mp4, .mov and .mkv: 0 is lossless, more is smaller.",
+    ),
+    click.option(
+        "--quality",
+        type=click.IntRange(0, 100),
+        default=80,
+        show_default=True,
+        metavar="N",
+        help="Of .webp: 100 is lossless, less is smaller.",
     ),
 )
 
