@@ -8,7 +8,7 @@ from clrt.errors import RequestError
 from clrt.film.color import srgb, to_linear
 from clrt.particles import bonds
 from clrt.particles.bonds import Bonds
-from clrt.particles.particlefile import ATOMS, BALLS
+from clrt.particles.particlefile import ATOMS
 from clrt.particles.particles import ANGSTROMS as UNITS
 from clrt.particles.particles import Particles
 from clrt.scene.capsules import Capsules
@@ -21,7 +21,7 @@ PART = 0.3
 """Else so much of the least radius of a particle."""
 
 
-def found(particles: Particles, given: Any, material: str, says: bool) -> Bonds | None:
+def found(particles: Particles, given: Any, says: bool) -> Bonds | None:
     """The bonds that are to be drawn.
 
     Args:
@@ -31,8 +31,6 @@ def found(particles: Particles, given: Any, material: str, says: bool) -> Bonds 
     Raises:
         RequestError: the particles do not have what it needs.
     """
-    if given is None:
-        given = material == BALLS
     if given is False or given == "none":
         return None
     cell = bonds.periodic(particles)

@@ -16,7 +16,7 @@ from clrt.film import color as colors_of
 from clrt.film.decor import legend as legends
 from clrt.particles import choose, elements, expression, palette
 from clrt.particles.neighbours import spacing
-from clrt.particles.particlefile import ATOMS, BALLS, PLAIN, STYLE_NAMES
+from clrt.particles.particlefile import ATOMS, PLAIN, STYLE_NAMES
 from clrt.particles.particles import Particles
 from clrt.particles.texts import Text
 from clrt.scene.capsules import Capsules
@@ -97,6 +97,7 @@ def colored(
     wrap: bool = False,
     replicate: Sequence[int] = (1, 1, 1),
     radius: float | Mapping[str, float] | None = None,
+    balls: bool = False,
     scale: float = 1.0,
     color: str | None = None,
     colors: str | Mapping[str, Any] | None = None,
@@ -133,7 +134,7 @@ def colored(
     kept = choose.selected(columns, len(particles), select, hide, may_be_none=meaning is not None)
     if mask is not None:
         kept = mask if kept is None else kept & mask
-    radii, spare = _radii(particles, radius, meaning, is_balls=material == BALLS)
+    radii, spare = _radii(particles, radius, meaning, balls)
     by, title, column = _by(particles, columns, color, colors, material)
     rows = None if kept is None else np.flatnonzero(kept)
     if rows is not None:
@@ -151,9 +152,16 @@ def colored(
     radii = radii * scale
     many = int(np.prod(replicate))
     moved = choose.images(particles, replicate) if many > 1 else np.zeros((1, 3))
-    asked = Asked(bonds, bond_radius, bond_color, vectors, vector_scale, vector_color)
+    asked = Asked(
+        balls if bonds is None else bonds,
+        bond_radius,
+        bond_color,
+        vectors,
+        vector_scale,
+        vector_color,
+    )
     beside = Lines(None, [], Sizes())
-    if asked != Asked() or material == BALLS:
+    if asked != Asked():
         part = particles if kept is None else particles.where(kept)
         known = None if meaning is None else meaning.lines or Sizes()
         beside = lines(part, radii, linear, moved, material, asked, known)
@@ -306,11 +314,11 @@ def _radii(
     particles: Particles,
     radius: float | Mapping[str, float] | None,
     meaning: Meaning | None,
-    is_balls: bool,
+    balls: bool,
 ) -> tuple[Array, float | None]:
     """(n,), and the radius of those that have none.
 
-    is_balls: radii that are not given are smaller.
+    balls: radii that are not given are smaller.
     """
     n = len(particles)
     if radius is not None and not isinstance(radius, Mapping):
@@ -326,14 +334,14 @@ def _radii(
     left = np.isnan(found)
     if not left.any():
         return found, None
-    if particles.elements is not None and (is_balls or particles.radii is None):
+    if particles.elements is not None and (balls or particles.radii is None):
         known: Array = elements.VAN_DER_WAALS[particles.elements] / particles.angstroms
-        known = known * BALL_OF_ATOM if is_balls else known
+        known = known * BALL_OF_ATOM if balls else known
     elif particles.radii is not None:
-        known = particles.radii * BALL if is_balls else particles.radii
+        known = particles.radii * BALL if balls else particles.radii
     else:
         known_spare = None if meaning is None else meaning.spare
-        spare = known_spare or _spare(particles) * (BALL if is_balls else 1)
+        spare = known_spare or _spare(particles) * (BALL if balls else 1)
         found[left] = spare
         return found, spare
     return (known if left.all() else np.where(left, known, found)), None

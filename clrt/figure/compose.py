@@ -145,7 +145,10 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def coloring(self) -> dict[str, Any]:
         """As a clrt.ParticleFile says it, and coloring.colored() takes it."""
-        return {"material": self.style} | {name: getattr(self, name) for name in COLORING}
+        balls = styles.style(self.style).balls
+        return {"material": self.style, "balls": balls} | {
+            name: getattr(self, name) for name in COLORING
+        }
 
 
 PRINTED = re.compile(r"\s*([\d.]+)\s*pt\s*/\s*([\d.]+)\s*(mm|cm|in)\s*")

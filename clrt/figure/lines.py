@@ -23,7 +23,7 @@ EDGE_COLOR = (0.08, 0.08, 0.08)
 class Asked(NamedTuple):
     """What is drawn, as a ParticleFile's fields of the same names say."""
 
-    bonds: Any = None
+    bonds: Any = False
     bond_radius: float | None = None
     bond_color: str = ATOMS
     vectors: str | None = None
@@ -72,7 +72,7 @@ def lines(
         RequestError: the particles do not have what it needs.
     """
     parts, aside, sizes = list[Capsules](), list[Spheres](), known or Sizes()
-    found = bonding.found(particles, asked.bonds, material, says=known is None)
+    found = bonding.found(particles, asked.bonds, says=known is None)
     if found is not None and len(found.pairs):
         thick = asked.bond_radius or sizes.bond or bonding.radius_of(particles, float(radii.min()))
         made, ends = bonding.capsules(

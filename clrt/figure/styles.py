@@ -31,6 +31,8 @@ class Style(NamedTuple):
     """Of the key light, degrees."""
     reach: float = 0.0
     """How far away spheres hide the ambient light, in extents of the figure; 0: they do not."""
+    balls: bool = False
+    """Particles are small, and have their bonds: see clrt.ParticleFile."""
 
 
 def _surface(ambient: float, diffuse: float, **more: float | Color) -> Material:
@@ -42,7 +44,7 @@ STYLES = {
     "matte": Style(_surface(0.3, 0.7)),
     "outline": Style(_surface(0.4, 0.6), outline=1.0),
     "mirror": Style(_surface(0.1, 0.7, specular=(1.0, 1.0, 1.0), shininess=100.0, reflection=0.5)),
-    "ball-and-stick": Style(_surface(0.5, 0.5), half_angle=10.0, reach=0.25),
+    "ball-and-stick": Style(_surface(0.5, 0.5), half_angle=10.0, reach=0.25, balls=True),
 }
 
 

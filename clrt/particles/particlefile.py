@@ -17,8 +17,6 @@ STYLE_NAMES = ("soft", "matte", "outline", "mirror", "ball-and-stick")
 """Materials that a scene need not have: it gets those of clrt.figure.styles."""
 PLAIN = STYLE_NAMES[0]
 """The material of particles, if they are given no other."""
-BALLS = STYLE_NAMES[-1]
-"""Its particles are small, and have their bonds."""
 BONDS = ("file", "auto", "none")
 ATOMS = "atoms"
 """Bonds have the colours of what they join."""
@@ -43,6 +41,9 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Of all, world units, or of types, elements and names. None, and for those of which nothing
     is said: the file's, or else the elements' van der Waals radii, or else half the median distance
     between nearest neighbours."""
+    balls: bool = False
+    """As in the style ball-and-stick: radii that `radius` does not give are smaller, and there are
+    bonds."""
     scale: float = 1.0
     """Of all radii."""
     color: str | None = None
@@ -62,8 +63,8 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bonds: str | float | None = None
     """ "file": the file's, and those that names of residues tell; "auto": of atoms nearer than 1.2
     times the sum of their covalent radii, no two of hydrogen; a distance, world units: of all that
-    are nearer; "none". None: "none", but of ball-and-stick the file's, or else "auto" where
-    elements are known."""
+    are nearer; "none". None: "none", but of balls the file's, or else "auto" where elements are
+    known."""
     bond_radius: float | None = None
     """World units. None: 0.15 angstroms where the file's unit or its elements are known, else 0.3
     of the least radius."""
@@ -83,6 +84,7 @@ class ParticleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         count(self, "frame", 0, 2**31 - 1)
         require(isinstance(self.material, str), "material", "a material's name", self.material)
         coloring(self)
+        switches(self, "balls")
 
 
 MOST_IMAGES = 10**6
