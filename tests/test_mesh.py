@@ -130,6 +130,8 @@ def test_closed(split: bool) -> None:
     turned[3] = turned[3, ::-1]
     assert not Mesh(vertices, turned).closed  # two faces in one direction
     assert not Mesh(vertices, np.concatenate([faces, faces])).closed  # of four
+    back_to_back = np.concatenate([faces[:2], faces[:2, ::-1]])
+    assert not Mesh(vertices, back_to_back).closed  # it holds nothing
     apart = np.concatenate([vertices, vertices + 3])
     assert Mesh(apart, np.concatenate([faces, faces + len(vertices)])).closed
 

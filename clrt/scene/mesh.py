@@ -5,7 +5,7 @@ B. T. Phong, Illumination for computer generated pictures, CACM 18 (1975).
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Literal, TypeAlias, get_args
 
@@ -23,8 +23,9 @@ class Mesh:
     """Triangles between points, kept as arrays. Immutable, and equal to another by value.
 
     Faces without area are dropped, with a warning that counts them. A mesh is closed if each of its
-    edges has two faces, in opposite directions; it is then seen from outside only. A closed mesh
-    that is inside out, so that its volume is negative, is turned: its faces, and its normals.
+    edges has two faces, in opposite directions, and it holds something; it is then seen from
+    outside only. A closed mesh that is inside out, so that its volume is negative, is turned: its
+    faces, and its normals.
 
     Args:
         vertices: (n, 3), world units. float32 and float64 are kept as they are; others become
@@ -62,9 +63,11 @@ class Mesh:
         require(known, "shading", "'flat', 'gouraud' or 'phong'", shading)
         self.shading: Shading = shading or ("flat" if normals is None else "phong")
         areas = self._drop_degenerate(_doubled_areas(self.vertices, self.faces))
-        self.closed = len(self.faces) > 0 and _is_closed(self.vertices, self.faces)
-        """Whether each edge has two faces, in opposite directions."""
-        if self.closed and _volume(self.vertices, self.faces, areas) < 0:
+        closed = len(self.faces) > 0 and _is_closed(self.vertices, self.faces)
+        volume = _volume(self.vertices, self.faces, areas) if closed else 0.0
+        self.closed = volume != 0
+        """Whether each edge has two faces, in opposite directions, and there is an inside."""
+        if volume < 0:
             self.faces = frozen(np.ascontiguousarray(self.faces[:, ::-1]))
             self.normals = None if self.normals is None else frozen(-self.normals)
 
@@ -158,6 +161,22 @@ class Mesh:
 
     def _arrays(self) -> tuple[Array | None, ...]:
         return self.vertices, self.faces, self.normals, self.colors
+
+
+def path_tokens(meshes: Sequence[Mesh], first: int) -> Array:
+    """(faces,) uint32: what the hash of a path has of each face, where `first` things come before
+    them. It is one for a mesh, so that an edge between its faces is none of the picture; of a flat
+    one it has the face's normal to a 64th, for there light jumps."""
+    found = np.empty(sum(map(len, meshes)), np.uint32)
+    start = 0
+    for k, mesh in enumerate(meshes):
+        some = found[start : start + len(mesh)]
+        some[:] = first + k + 1
+        if mesh.shading == "flat":
+            sides = np.rint(mesh.face_normals * 64).astype(np.int64) + 64  # 0 to 128
+            some ^= (sides @ [1, 1 << 8, 1 << 16] * 0x9E3779B1).astype(np.uint32)
+        start += len(mesh)
+    return found
 
 
 def _indices(given: ArrayLike, n: int) -> Array:
@@ -259,9 +278,12 @@ def _merged(vertices: Array) -> Array:
 
 
 def _volume(vertices: Array, faces: Array, areas: Array) -> float:
-    """What a closed mesh holds, in a unit of its own; negative if it is inside out."""
-    scale, volume = _near_one(vertices), 0.0
+    """What a closed mesh holds, in a unit of its own; negative if it is inside out. 0 if what it
+    holds is less than the sum's error: faces back to back hold nothing."""
+    scale, volume, most = _near_one(vertices), 0.0, 0.0
     for axis in range(3):
         first = next(_along(vertices, faces, axis, scale))
-        volume += float((first - first[0]) @ areas[axis])
-    return volume
+        first -= first[0]
+        volume += float(first @ areas[axis])
+        most += float(abs(first) @ abs(areas[axis]))
+    return volume if abs(volume) > 2.0**-40 * most else 0.0

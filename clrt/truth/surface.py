@@ -3,15 +3,17 @@
 import numpy as np
 
 from clrt.scene.light import AmbientLight, Shining
-from clrt.truth import camera, lights
+from clrt.scene.mesh import SHADINGS
+from clrt.truth import camera, faces, lights
+from clrt.truth.hits import Met
 from clrt.truth.rays import Array, dot, unit
 from clrt.truth.world import World
 
 
-def ambient_term(world: World, light: Shining | AmbientLight, hit: Array) -> Array:
+def ambient_term(world: World, light: Shining | AmbientLight, met: Met) -> Array:
     """The light that a hit point sends wherever the light is (section 3)."""
-    term: Array = world.ambient[:, world.material[hit]] * world.column(light.ambient)
-    return term if world.color is None else term * world.color[:, hit]
+    term: Array = world.ambient[:, world.material[met.hit]] * world.column(light.ambient)
+    return term if met.color is None else term * met.color
 
 
 def term(
@@ -21,11 +23,10 @@ def term(
     to_light: Array,
     distance: Array,
     clear: Array,
-    normal: Array,
-    hit: Array,
+    met: Met,
 ) -> Array:
     """The light of a lamp that a hit point sends to the camera, if it is reached (3, 11.8)."""
-    material = world.material[hit]
+    material, normal = world.material[met.hit], met.shaded
     to_camera = camera.to_camera(world, point)
     half_way = unit(to_light + to_camera)
     mirrored = 2 * dot(normal, to_light) * normal - to_light
@@ -35,10 +36,18 @@ def term(
         np.maximum(dot(mirrored, to_camera), 0) ** shininess,
         np.maximum(dot(normal, half_way), 0) ** (shininess / 4),
     )
-    diffuse = world.diffuse[:, material] * world.column(light.diffuse) * dot(to_light, normal)
-    if world.color is not None:
-        diffuse = diffuse * world.color[:, hit]
+    cosine = dot(to_light, normal)
+    cosine[met.of_faces] = np.maximum(cosine[met.of_faces], 0)  # a normal between corners' may turn
+    diffuse = world.diffuse[:, material] * world.column(light.diffuse) * cosine
+    if met.color is not None:
+        diffuse = diffuse * met.color
     specular = world.specular[:, material] * world.column(light.specular) * highlight
-    ambient = ambient_term(world, light, hit)
-    found: Array = ambient + lights.left(light, distance) * clear * (diffuse + specular)
+    direct = diffuse + specular
+    at_corners = world.shading[met.face] == SHADINGS.index("gouraud")
+    some = np.flatnonzero(met.of_faces)[at_corners]
+    direct[:, some] = faces.gouraud(
+        world, light, met.face[at_corners], met.side[at_corners], met.at[:, at_corners]
+    )
+    ambient = ambient_term(world, light, met)
+    found: Array = ambient + lights.left(light, distance) * clear * direct
     return found

@@ -179,17 +179,18 @@ def _segment(
     if hit.size == 0:
         return []
     point = rays.origin + distance * rays.direction
-    normal = hits.normal(world, hit, point)
-    lifted = point + world.bias * normal
+    met = hits.met(world, rays, hit, point)
+    normal = met.normal
+    lifted = point + (world.bias + met.lift) * normal
     opacity = world.opacity[hit]
     if rays.bounce == 0:
         new = first.sphere[rays.pixel] < 0
         pixel = rays.pixel[new]
-        first.sphere[pixel], first.normal[:, pixel] = hit[new], normal[:, new]
+        first.sphere[pixel], first.normal[:, pixel] = hit[new], met.shaded[:, new]
         first.depth[pixel] = dot(point - world.camera, rays.direction)[new]
         first.left[rays.pixel] *= 1 - opacity
     gives = rays.weight * opacity
-    rays.path = rays.path * PRIME + (hit + 1).astype(np.uint32)
+    rays.path = rays.path * PRIME + met.token
     # A far side is not shaded.
     of_hit = world.panes == hit[:, np.newaxis]
     out = (of_hit & rays.inside).any(axis=1)
@@ -197,7 +198,7 @@ def _segment(
     for light in world.lights:
         if isinstance(light, AmbientLight):
             reached |= ~out
-            ambient = gives * surface.ambient_term(world, light, hit)
+            ambient = gives * surface.ambient_term(world, light, met)
             color[:, rays.pixel[~out]] += ambient[:, ~out]
             continue
         to_light, far = lights.toward(world, light, lifted)
@@ -214,7 +215,7 @@ def _segment(
         token = np.where(lit, 1 + dim, 0).astype(np.uint32)
         rays.path = np.where(out, rays.path, rays.path * PRIME + token)
         reached |= lit
-        term = surface.term(world, light, point, to_light, far, clear, normal, hit)
+        term = surface.term(world, light, point, to_light, far, clear, met)
         color[:, rays.pixel[lit]] += (gives * cone * term)[:, lit]
 
     # Where each goes on: straight behind what it sees through, for as long as that matters.
