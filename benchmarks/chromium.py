@@ -22,7 +22,7 @@ from websockets.sync.client import connect
 NO_LIMIT = resource.getrlimit(resource.RLIMIT_AS)[0] == resource.RLIM_INFINITY
 PROGRAM = shutil.which("chromium") if NO_LIMIT else None
 """It takes far more addresses than memory, and does not start where these are few."""
-SHIFT = 8  # of DevTools' modifiers
+CONTROL, SHIFT = 2, 8  # of DevTools' modifiers
 KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Enter": 13}
 
 # What a canvas shows: a function that returns its width and height on the screen, and its pixels.
@@ -86,6 +86,11 @@ class Page:
         for place in places[1:]:
             self.mouse("Moved", *place, **left)
         self.mouse("Released", *places[-1], clickCount=1, **left)
+
+    def touch(self, kind: str, *places: tuple[float, float]) -> None:
+        """kind: Start, Move or End: where all fingers are then."""
+        points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(places)]
+        self.do("Input.dispatchTouchEvent", type=f"touch{kind}", touchPoints=points)
 
     def key(self, key: str, modifiers: int = 0) -> None:
         code = KEYS.get(key, ord(key[0].upper()))

@@ -10,11 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
-from benchmarks.chromium import Page
+from benchmarks.chromium import CONTROL, Page
 
 App = Literal["lab", "notebook"]
 PATIENCE = 0.5
-CONTROL = 2  # of DevTools' modifiers
 WHERE = {"lab": "lab/tree", "notebook": "notebooks"}
 
 

@@ -60,6 +60,8 @@ def test_each_view_is_painted() -> None:
             content, files = await asyncio.wait_for(sent.get(), 60)
             assert content["view"] == "a"
             assert "error" not in content["header"]
+            if "preview" in content["header"]:
+                continue
             say("a", {"do": "shown", "number": content["header"]["number"]})
             if content["header"]["final"]:
                 break

@@ -15,35 +15,38 @@ from PIL import Image
 
 import clrt
 from benchmarks import chromium
-from benchmarks.chromium import PIXELS, SHIFT, Chromium, Page
+from benchmarks.chromium import CONTROL, PIXELS, SHIFT, Chromium, Page
 from clrt.files.scenefile import parse_camera
 from clrt.motion.animation import camera_at
 from clrt.viewer import orbit
+from clrt.viewer.subject import of_file
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(chromium.PROGRAM is None, reason="no chromium"),
-]
+pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason="no chromium")
 
 READY = "(b => b && !b.disabled)(document.querySelector('button[name=save]'))"
 LISTEN = "document.addEventListener('picture', ({ detail }) => (window.seen ??= []).push(detail))"
 MIDDLE = (200.0, 150.0)
+ROW = (
+    "(table => table.hidden ? null : [...table.rows].map(row => "
+    "[...row.cells].map(cell => cell.textContent).join(' ')))(document.querySelector('table'))"
+)
+OVER = "(document.querySelector('.over'))"
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    with Chromium(tmp_path_factory.mktemp("profile"), (480, 420)) as found:
+    with Chromium(tmp_path_factory.mktemp("profile"), (600, 560)) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
-def address() -> Iterator[Callable[[str], str]]:
+def address() -> Iterator[Callable[..., str]]:
     """Of a view of a scene, which runs until all tests are done."""
-    running: dict[str, tuple[subprocess.Popen[str], str]] = {}
+    running: dict[tuple[str, ...], tuple[subprocess.Popen[str], str]] = {}
 
-    def of(scene: str) -> str:
+    def of(*scene: str) -> str:
         if scene not in running:
-            command = [sys.executable, "-m", "clrt", "view", scene]
+            command = [sys.executable, "-m", "clrt", "view", *scene]
             process = subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
             )
@@ -60,11 +63,11 @@ def address() -> Iterator[Callable[[str], str]]:
 
 
 @pytest.fixture
-def show(browser: Chromium, address: Callable[[str], str]) -> Iterator[Callable[..., Page]]:
+def show(browser: Chromium, address: Callable[..., str]) -> Iterator[Callable[..., Page]]:
     pages: list[Page] = []
 
-    def show(scene: str = "four-spheres") -> Page:
-        page = browser.open(address(scene))
+    def show(scene: str = "four-spheres", *options: str) -> Page:
+        page = browser.open(address(scene, *options))
         pages.append(page)
         page.wait(READY)
         page.value(LISTEN)
@@ -101,6 +104,7 @@ def on_canvas(page: Page) -> np.ndarray:
     return np.array(pixels, np.uint8).reshape(height, width, 4)
 
 
+@pytest.mark.slow
 def test_the_last_picture_is_that_of_the_command(show: Callable[..., Page], tmp_path: Path) -> None:
     """Pixel by pixel: on the canvas, on the screen, and in the file that is saved."""
     page = show()
@@ -125,6 +129,7 @@ def test_the_last_picture_is_that_of_the_command(show: Callable[..., Page], tmp_
     assert saved.read_bytes() == (tmp_path / "a.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_pictures_move_with_the_pointer(show: Callable[..., Page]) -> None:
     page = show()
     before = page.screenshot()
@@ -141,6 +146,7 @@ def test_pictures_move_with_the_pointer(show: Callable[..., Page]) -> None:
     assert kinds[-1] == (False, True)
 
 
+@pytest.mark.slow
 def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     """Each does what the move of its name does."""
     page = show()
@@ -163,7 +169,8 @@ def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     page.key("r")
     page.value("document.querySelector('canvas').focus()")
     page.key("ArrowRight")
-    assert camera(page) == orbit.turned(start, -180 / 36, 0)
+    expected = orbit.turned(start, -180 / 36, 0)
+    assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
     page.key("ArrowRight", SHIFT)
     assert camera(page).look_at != start.look_at
     page.key("r")
@@ -175,31 +182,35 @@ def test_pointer_and_keys(show: Callable[..., Page]) -> None:
     assert camera(page).position == pytest.approx(expected.position, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_pick(show: Callable[..., Page]) -> None:
     page = show()
     width, height = size(page)
     truth = clrt.reference.trace(clrt.load_scene("four-spheres"), width, height, truth="exact")
     scene = clrt.load_scene("four-spheres")
-    for x, y in [(150, 130), (250, 140), (470, 250)]:
-        page.value("document.querySelector('[role=status]').value = ''")
+    for index in (1, 2, 0):
+        rows, columns = np.nonzero(truth.id == index)
+        y, x = int(rows[len(rows) // 2]), int(columns[len(rows) // 2])
         page.drag((x, y), (x + 1, y))  # a hand is not quite still
-        index = truth.id[y, x]
-        words = page.wait("document.querySelector('[role=status]').value")
-        assert words.startswith(f"index {index}, position (")
-        assert words.endswith(f"material {scene.spheres[index].material}")
+        page.wait(f"{ROW}?.[0] === 'index {index}'")
+        position, *_, material = page.value(ROW)[1:]
+        assert position.startswith("position (")
+        assert material == f"material {scene.spheres[index].material}"
     page.mouse("Moved", 1, 1)
     page.drag((240, 2), (240, 2))
     page.wait("document.querySelector('[role=status]').value === 'nothing there'")
+    assert page.value(ROW) is None
     page.value("document.querySelector('canvas').focus()")
     page.key("Enter")
-    page.wait("document.querySelector('[role=status]').value.startsWith('index')")
+    page.wait(f"!!{ROW}")
 
 
+@pytest.mark.slow
 def test_samples(show: Callable[..., Page]) -> None:
     page = show()
     page.value(
         "(s => { s.value = 16; s.dispatchEvent(new Event('change')) })"
-        "(document.querySelector('select'))"
+        "(document.querySelector('select[name=samples]'))"
     )
     page.wait(READY)
     seen = [each["samples"] for each in page.value("window.seen") if not each["moves"]]
@@ -211,6 +222,7 @@ def test_samples(show: Callable[..., Page]) -> None:
     assert page.value("document.querySelector('pre').textContent").startswith("samples = 16\n")
 
 
+@pytest.mark.slow
 def test_style(show: Callable[..., Page], tmp_path: Path) -> None:
     (tmp_path / "water.xyz").write_text("3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
     page = show(str(tmp_path / "water.xyz"))
@@ -225,6 +237,7 @@ def test_style(show: Callable[..., Page], tmp_path: Path) -> None:
     assert (on_canvas(page) != before).any()
 
 
+@pytest.mark.slow
 def test_time(show: Callable[..., Page]) -> None:
     page = show("orbit")
     assert page.value("document.querySelector('[name=frame]').max") == "119"
@@ -244,6 +257,7 @@ def test_time(show: Callable[..., Page]) -> None:
     assert camera(page) == camera_at(clrt.load_scene("orbit"), at)
 
 
+@pytest.mark.slow
 def test_two_pages_at_once(show: Callable[..., Page]) -> None:
     one, other = show(), show()
     other.value("document.querySelector('[name=projection]').click()")
@@ -254,8 +268,9 @@ def test_two_pages_at_once(show: Callable[..., Page]) -> None:
     assert camera(one) == clrt.load_scene("four-spheres").camera
 
 
+@pytest.mark.slow
 def test_a_page_from_elsewhere_cannot_connect(
-    browser: Chromium, address: Callable[[str], str]
+    browser: Chromium, address: Callable[..., str]
 ) -> None:
     """Even if it knew the token."""
     page = browser.open("data:text/html,elsewhere")
@@ -268,6 +283,7 @@ def test_a_page_from_elsewhere_cannot_connect(
     page.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_light_and_dark(show: Callable[..., Page], scheme: str) -> None:
     page = show()
@@ -277,6 +293,7 @@ def test_light_and_dark(show: Callable[..., Page], scheme: str) -> None:
     assert corner > 200 if scheme == "light" else corner < 60
 
 
+@pytest.mark.slow
 def test_every_control_has_a_name(show: Callable[..., Page]) -> None:
     """As a screen reader tells it."""
     page = show("orbit")
@@ -286,3 +303,204 @@ def test_every_control_has_a_name(show: Callable[..., Page]) -> None:
     names = [n["name"]["value"] for n in nodes if n["role"]["value"] in roles]
     assert len(names) >= 9
     assert all(names)
+
+
+KEYS_PASS = (
+    "document.addEventListener('keydown', ({ key }) => (window.heard ??= []).push(key), true)"
+)
+
+
+def test_a_focused_canvas_keeps_plain_keys(show: Callable[..., Page]) -> None:
+    """Of which a notebook would delete cells, even those that it does not know; not the others."""
+    page = show()
+    page.value(KEYS_PASS)
+    page.value("document.querySelector('canvas').focus()")
+    for key in "abdmqvu":
+        page.key(key)
+    page.value("document.querySelector('[name=reset]').focus()")
+    page.key("d")
+    page.key("k", CONTROL)
+    assert page.value("window.heard") == ["k"]
+    page.value("document.activeElement.blur()")
+    page.key("d")
+    assert page.value("window.heard") == ["k", "d"]
+
+
+def test_fingers(show: Callable[..., Page]) -> None:
+    """One turns, two pan and zoom, a tap picks."""
+    page = show()
+    page.do("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    page.wait("window.seen?.at(-1).final")  # the buttons are larger
+    start, (width, height) = clrt.load_scene("four-spheres").camera, size(page)
+    page.touch("Start", (width / 2, height / 2))
+    page.touch("End")
+    page.wait(f"!!{ROW}")
+    page.touch("Start", (450, 300))
+    page.touch("Move", (490, 300))
+    page.touch("End")
+    turned = orbit.turned(start, -180 / height * 40, 0)
+    assert camera(page).position == pytest.approx(turned.position, abs=1e-12)
+    page.value("document.querySelector('[name=reset]').click()")
+    page.touch("Start", (300, 200))
+    page.touch("Start", (300, 200), (400, 200))
+    page.touch("Move", (300, 200), (500, 200))
+    page.touch("Move", (320, 230), (520, 230))
+    page.touch("End")
+    expected = orbit.panned(start, 50, 0, (width, height))
+    expected = orbit.zoomed(expected, 2, (399.5, 199.5), (width, height))
+    expected = orbit.panned(expected, 20, 30, (width, height))
+    found = camera(page)
+    assert found.position == pytest.approx(expected.position, abs=0.02)
+    assert found.look_at == pytest.approx(expected.look_at, abs=0.02)
+
+
+def test_windows_of_any_shape(show: Callable[..., Page]) -> None:
+    """All is in view, until somebody moves; a small one has its controls behind a button."""
+    page = show()
+    start = clrt.load_scene("four-spheres").camera
+    try:
+        for wide, high in ((320, 240), (700, 200), (300, 700)):
+            page.resize(wide, high)
+            page.wait(f"window.seen?.at(-1).size[0] === {wide} && window.seen.at(-1).final")
+            assert camera(page) == orbit.held(start, (16, 9), size(page))
+        page.resize(320, 240)
+        page.wait("window.seen.at(-1).size[1] > 200 && window.seen.at(-1).final")
+        assert not page.value("document.querySelector('[name=reset]').checkVisibility()")
+        page.value("document.querySelector('[name=menu]').click()")
+        assert page.value("document.querySelector('[name=reset]').checkVisibility()")
+        page.drag((100, 60), (120, 60))
+        moved = camera(page)
+        page.resize(700, 200)
+        page.wait("window.seen.at(-1).size[0] === 700 && window.seen.at(-1).final")
+        assert camera(page) == moved
+    finally:
+        page.do("Emulation.clearDeviceMetricsOverride")
+
+
+@pytest.fixture
+def gas(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.getbasetemp() / "gas.extxyz"
+    lines = []
+    for shift in (0.0, 0.5):
+        lines += ["8", 'Lattice="4 0 0 0 4 0 0 0 4" Properties=species:S:1:pos:R:3:speed:R:1']
+        lines += [
+            f"O {1 + 2 * (k & 1) + shift} {1 + (k & 2)} {1 + (k >> 2) * 2} {k}" for k in range(8)
+        ]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+FIELD = (
+    "(([name, value]) => { const field = document.querySelector(`[name=${name}]`);"
+    "field.value = value; field.dispatchEvent(new Event('change')); })"
+)
+
+
+@pytest.mark.slow
+def test_what_is_over_the_picture_stays_sharp(show: Callable[..., Page], gas: Path) -> None:
+    """Bar and words are the same while the picture moves, and at rest; lines are over it."""
+    options = ["--color", "speed", "--colorbar", "speed", "--cell", "--samples", "64"]
+    page = show(str(gas), *options, "--cmap", "coolwarm")
+    bar = np.s_[:, -40:]
+    rest = on_canvas(page)[bar]
+    assert not page.value(PIXELS + OVER)[2][3::4].count(255)
+    left: dict[str, Any] = {"button": "left", "buttons": 1}
+    page.mouse("Pressed", *MIDDLE, clickCount=1, **left)
+    page.value("window.seen = []")
+    page.mouse("Moved", 240, 150, **left)
+    page.wait("window.seen.some(({ moves }) => moves)")
+    width, height, pixels = page.value(PIXELS + OVER)
+    over = np.array(pixels, np.uint8).reshape(height, width, 4)
+    assert (over[bar][..., 3] == 255).all()
+    assert abs(over[bar].astype(int) - rest)[..., :3].max() <= 1
+    lines = (over[:, :-100, 3] > 0).mean()
+    assert 0.002 < lines < 0.1
+    page.mouse("Released", 240, 150, clickCount=1, **left)
+    page.wait(READY)
+    assert (on_canvas(page)[bar] == rest).all()
+
+
+@pytest.mark.slow
+def test_pick_marks(show: Callable[..., Page], gas: Path) -> None:
+    """Its row is shown, a ring goes with it, and it goes into the command; a second click looks at
+    it."""
+    page = show(str(gas))
+    page.value("document.querySelector('canvas').focus()")
+    page.key("z")
+    page.wait(READY)
+    around = orbit.circle(camera(page), (3.0, 3.0, 3.0), 1.0, size(page))
+    assert around is not None
+    column, row, _ = around
+    page.drag((column, row), (column, row))
+    page.wait(f"{ROW}?.[0] === 'index 7'")
+    assert "speed 7" in page.value(ROW)
+    width, height, pixels = page.value(PIXELS + OVER)
+    ring = np.array(pixels, np.uint8).reshape(height, width, 4)[..., 3]
+    assert ring[round(row)].any()
+    words = command(page)
+    assert words[words.index("--center") + 1] == "3.0,3.0,3.0"
+    page.value("new Promise(done => setTimeout(done, 500))")
+    for _ in "12":
+        page.drag((column, row), (column, row))
+    page.wait("window.seen.at(-1).final && Math.abs(window.seen.at(-1).mark?.[0] * 2 - "
+              "window.seen.at(-1).size[0]) < 2")  # fmt: skip
+    assert camera(page).look_at == pytest.approx((3, 3, 3))
+
+
+@pytest.mark.slow
+def test_looks(show: Callable[..., Page], gas: Path) -> None:
+    page = show(str(gas))
+    for name, value, option in (
+        ("color", "speed", ["--color", "speed"]),
+        ("cmap", "turbo", ["--cmap", "turbo"]),
+        ("clim", "1 5", ["--clim", "1.0", "5.0"]),
+        ("select", "x > 2", ["--select", "x > 2"]),
+    ):
+        before = on_canvas(page)
+        page.value(f"{FIELD}({json.dumps([name, value])})")
+        words = command(page)
+        at = words.index(option[0])
+        assert words[at : at + len(option)] == option
+        assert (on_canvas(page) != before).any(), name
+    page.value(f"{FIELD}(['select', 'x >'])")
+    said = page.wait("document.querySelector('[name=wrong]').value")
+    assert "select: " in said
+    assert "x > 2" in command(page)
+    page.value(f"{FIELD}(['select', ''])")
+    assert "--select" not in command(page)
+    assert page.value("document.querySelector('[name=wrong]').value") == ""
+
+
+@pytest.mark.slow
+def test_sides_and_steps(show: Callable[..., Page], gas: Path) -> None:
+    page, subject = show(str(gas)), of_file(gas, {})
+    page.value("document.querySelector('canvas').focus()")
+    for key, view in (("y", "y"), ("X", "-x"), ("i", "iso")):
+        page.key(key)
+        assert camera(page) == subject.framed(subject.at(0), size(page), view)
+    page.value(
+        "[...document.querySelectorAll('.sides button')].find(b => b.textContent === 'z').click()"
+    )
+    assert camera(page) == subject.framed(subject.at(0), size(page), "z")
+    page.value("document.querySelector('canvas').focus()")
+    page.key(".")
+    assert command(page)[-4:-2] != ["--frame", "0"]
+    assert page.value("document.querySelector('[name=at]').value") == "1"
+    page.value("document.querySelector('[name=on]').click()")
+    page.wait("document.querySelector('[name=at]').value === '0'")
+    page.key("h")
+    assert page.value("document.querySelector('.help').open")
+    page.key("Escape")
+    assert not page.value("document.querySelector('.help').open")
+
+
+@pytest.mark.slow
+def test_buttons_for_fingers(show: Callable[..., Page]) -> None:
+    page = show()
+    page.do("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    high = page.value(
+        "[...document.querySelectorAll('form > :is(button, select)')]"
+        ".filter(b => b.checkVisibility()).map(b => b.offsetHeight)"
+    )
+    assert len(high) > 3
+    assert min(high) >= 40

@@ -195,9 +195,10 @@ def test_pictures_are_as_large_as_is_fluent(fixed: float, each: float) -> None:
         busy = fixed + each * scale**2 * PIXELS
         return busy + 0.001 <= FLUENT and (scale <= 0.5 or busy <= SHARP)
 
-    # Or smaller ones would hardly come sooner.
-    smaller = SCALES[SCALES.index(usual) + 1]
-    assert is_soon(usual) or fixed + each * smaller**2 * PIXELS > GAIN * SHARP
+    # Or smaller ones would hardly come sooner, or there are none.
+    smaller = [scale for scale in SCALES if scale < usual]
+    hardly = not smaller or fixed + each * smaller[0] ** 2 * PIXELS > GAIN * SHARP
+    assert is_soon(usual) or hardly
     larger = [scale for scale in SCALES if scale > usual]
     assert not larger or not is_soon(larger[-1])
     # Now and then a larger one is tried, but seldom.
@@ -222,4 +223,9 @@ def test_a_thin_line_makes_them_small() -> None:
         task = moving(schedule, now)
         now += 1.0 * task.scale**2
         schedule.show(task.number, now, 0.001)
-    assert task.scale**2 <= 2 * FLUENT
+    assert task.scale == SCALES[-1]
+
+
+def test_no_picture_is_coarser_than_three_pixels() -> None:
+    assert min(SCALES) >= 1 / 3
+    assert {task.scale for task in settled(1.0, 1e-6)} == {SCALES[-1]}

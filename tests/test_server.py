@@ -84,6 +84,8 @@ class Client:
         assert isinstance(data, bytes)
         header, _, file = data.partition(b"\n")
         told = json.loads(header)
+        if told.get("preview"):  # it comes before the first picture, or does not
+            return self.hear()
         if "number" in told:
             self.say("shown", number=told["number"])
         return told, file

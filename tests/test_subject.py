@@ -17,7 +17,7 @@ from clrt.film import color
 from clrt.motion.animation import camera_at
 from clrt.particles import palette
 from clrt.viewer import orbit
-from clrt.viewer.session import Frame, Reset, Resize, Restyle, Sample, Session, Turn
+from clrt.viewer.session import Frame, Look, Reset, Resize, Sample, Session, Turn
 from clrt.viewer.subject import Subject, of, of_figure, of_file, of_particles
 
 SPEEDS = ((1.0, 4.0, 2.0), (8.0, 3.0, 5.0))
@@ -109,10 +109,10 @@ def test_another_style(flow: Path) -> None:
     subject = of_file(flow, {"color": "speed"})
     session = says(subject, Resize(60, 40), Turn(25, 10), Frame(1), Sample(4))
     before = session.scene
-    session.change(Restyle("soft"))
+    session.change(Look("style", "soft"))
     assert (session.scene.camera, session.scene.samples) == (before.camera, 4)
     assert session.scene.spheres[1].center == before.spheres[1].center
-    assert session.state["style"] == "soft"
+    assert session.state["look"]["style"] == "soft"
     assert len(session.scene.materials) == 1
     assert session.scene.lights[1].occlusion  # type: ignore[union-attr]
     assert session.shot is not None
@@ -120,8 +120,8 @@ def test_another_style(flow: Path) -> None:
     session.change(Reset())
     assert session.scene.lights[1].occlusion  # type: ignore[union-attr]
     with pytest.raises(RequestError, match="style: expected one of soft"):
-        session.change(Restyle("oil"))
-    assert session.state["style"] == "soft"
+        session.change(Look("style", "oil"))
+    assert session.state["look"]["style"] == "soft"
 
 
 def test_particles_without_a_file() -> None:
@@ -131,8 +131,8 @@ def test_particles_without_a_file() -> None:
     found = subject.described(subject.at(0), 0, 1)
     assert found is not None
     assert found["speed"] == 4.0
-    assert subject.styled is not None
-    assert subject.styled("outline").at(0).film.outline == styles.STYLES["outline"].outline
+    assert subject.drawn is not None
+    assert subject.drawn("style", "outline").at(0).film.outline == styles.STYLES["outline"].outline
 
 
 def test_bonds(flow: Path) -> None:
@@ -159,7 +159,7 @@ def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
 
 
 def test_a_scene_has_no_style() -> None:
-    session = says(of("four-spheres"), Restyle("soft"))
+    session = says(of("four-spheres"), Look("style", "soft"))
     assert session.about["styles"] == []
     assert session.scene == clrt.load_scene("four-spheres")
 

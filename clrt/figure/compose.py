@@ -294,3 +294,18 @@ def framed(
 
 def _corners(box: Cell | None) -> Array:
     return np.zeros((0, 3)) if box is None else corners_of(box)
+
+
+def seen_in(
+    made: Colored,
+    look: Look,
+    parts: Iterable[Spheres],
+    box: Cell | None,
+    film: Film,
+    size: tuple[int, int],
+    view: str | None,
+) -> Camera:
+    """What framed() finds, in a picture of another size, and from elsewhere if `view` is given."""
+    if view is not None:
+        look = msgspec.structs.replace(look, view=view, up=None)
+    return framed(made, msgspec.structs.replace(look, size=size), parts, box, film)

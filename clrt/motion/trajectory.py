@@ -54,7 +54,10 @@ class Flow:
             self.path = path = Path(reader.name)
             self.frames = range(reader.count())
             """The numbers of its frames."""
-            first = self._drawn(self._particles(reader, 0))
+            particles = self._particles(reader, 0)
+            self.columns = tuple(particles.columns)
+            """The names of what can be selected and coloured by, in the first frame."""
+            first = self._drawn(particles)
             seen = [first, *self._looked_at(reader, first)]
         self._meaning = together([one.meaning for one in seen])
         # What gives the colours is in all frames what it is in the first.
@@ -80,11 +83,13 @@ class Flow:
         self.said = sources.in_file(self._first, Path(path.name), 0, self.look)
         """The scene of the first frame, whose particles stay in their file."""
 
-    def camera(self, size: tuple[int, int]) -> Camera:
-        """The camera that holds the first frame in a picture of so many columns and rows."""
+    def camera(self, size: tuple[int, int], view: str | None = None) -> Camera:
+        """The camera that holds the first frame in a picture of so many columns and rows.
+
+        view: None: where the look says.
+        """
         first, box = self._seen
-        look = replace(self.look, size=size)
-        return compose.framed(first, look, first.parts, box, self._first.film)
+        return compose.seen_in(first, self.look, first.parts, box, self._first.film, size, view)
 
     def scene(self, frame: int) -> Scene:
         """The scene of a frame.

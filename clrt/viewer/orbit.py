@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from clrt.scene.camera import Camera
 from clrt.scene.lens import half_screen
-from clrt.values import Array
+from clrt.values import Array, Vec3
 
 Pixel: TypeAlias = tuple[float, float]
 """A column and a row: whole numbers are the middles of pixels."""
@@ -53,6 +53,36 @@ def zoomed(camera: Camera, factor: float, at: Pixel, size: Size) -> Camera:
     position, look_at = (kept + (place - kept) / factor for place in _places(camera))
     height = None if camera.height is None else camera.height / factor
     return replace(camera, position=position, look_at=look_at, height=height)
+
+
+def from_side(camera: Camera, side: Vec3) -> Camera:
+    """The camera stands on a side of look_at, at its distance: its `up` stays, or is an axis that
+    goes not along the view."""
+    way = np.array(side) / np.linalg.norm(side)
+    ups = [camera.up, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    up = next(up for up in ups if np.linalg.norm(np.cross(way, up)) > 1e-6 * np.linalg.norm(up))
+    return replace(camera, position=camera.look_at + _distance(camera) * way, up=up)
+
+
+def towards(camera: Camera, place: Vec3) -> Camera:
+    """The camera moves, as it is turned, so that it looks at a place."""
+    position, look_at = _places(camera)
+    return replace(camera, position=place + (position - look_at), look_at=place)
+
+
+def circle(
+    camera: Camera, center: Vec3, radius: float, size: Size
+) -> tuple[float, float, float] | None:
+    """Where a sphere is in the picture: column, row and radius, in pixels; None: behind it."""
+    right, up, back = np.array(camera.basis())
+    way = np.array(center) - camera.position
+    ahead = 1.0 if camera.orthographic else float(-way @ back)
+    if ahead <= 0:
+        return None
+    half = half_screen(camera, *size).astype(float) * ahead
+    pixels = (np.array(size) - 1) / 2
+    x, y = pixels * (1 + np.array([way @ right, -way @ up]) / half)
+    return float(x), float(y), float(radius / half[0] * pixels[0])
 
 
 def held(camera: Camera, frame: Size, size: Size) -> Camera:

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any, NamedTuple, Self
 
 from msgspec.structs import replace
@@ -18,11 +18,20 @@ from PIL import Image
 from clrt.errors import ClrtError
 from clrt.figure.rendering import Array, Renderer
 from clrt.files import image
+from clrt.viewer.overlay import Overlay, bare, needs_depth
+from clrt.viewer.preview import preview
 from clrt.viewer.schedule import Schedule, Task
-from clrt.viewer.session import Change, Pick, Session, Shot, Shown
+from clrt.viewer.session import Change, Look, Pick, Session, Shot, Shown
 
 QUALITY = 80
 """Of JPEG: of all pictures but the last, which loses nothing."""
+
+
+PREVIEWS = 0.05
+"""Seconds between two of them."""
+COMPILES = 1.0
+"""Seconds after which the first picture is late since its program is compiled."""
+COMPILING = "compiling for this kind of scene, once: till then a preview"
 
 
 class Stage:
@@ -60,6 +69,8 @@ class Picture(NamedTuple):
     task: Task
     shot: Shot
     film: Array
+    depth: Array | None
+    """(height, width), if what is drawn over it needs that."""
     header: dict[str, Any]
 
 
@@ -72,6 +83,10 @@ class Painter:
         """send: takes a header and a picture's file; there is none (empty) with some headers."""
         self._stage, self._session, self._send = stage, session, send
         self._schedule = Schedule()
+        self._overlay = Overlay()
+        self._waits = True
+        """Whether nothing was rendered yet."""
+        self._previewed = -PREVIEWS  # when
         self._changed = threading.Condition()  # guards all but the queue
         self._changes = 0
         self._busy: dict[int, float] = {}
@@ -105,17 +120,23 @@ class Painter:
                 self._changed.notify()  # as soon as this is done
                 if isinstance(message, Shown):
                     self._schedule.show(message.number, now, self._busy.pop(message.number, 0.0))
-                else:
-                    self._changes += 1
-                    try:
-                        self._session.change(message)
-                    finally:  # a picture says that it was heard
-                        self._schedule.change(now, self._session.scene.samples)
+                    return
+                self._changes += 1
+                try:
+                    self._session.change(message)
+                finally:  # a picture says that it was heard
+                    self._schedule.change(now, self._session.scene.samples)
+                shot, state = self._session.shot, self._session.state
+            if shot is not None and self._waits and now >= self._previewed + PREVIEWS:
+                self._previewed = now
+                header = {"preview": True, "moves": True, "layers": []} | state
+                self._send(header, _jpeg(preview(shot.scene, shot.size)))
         except Exception as error:
-            self._send({"error": _said(error)}, b"")
+            of = {"of": message.key} if isinstance(message, Look) else {}
+            self._send({"error": _said(error)} | of, b"")
 
     def _pick(self, message: Pick) -> None:
-        """Tells the page which sphere is at a pixel."""
+        """Marks the sphere at a pixel, and tells the page which one it is."""
         with self._changed:
             shot = self._session.shot
         if shot is None:
@@ -126,15 +147,24 @@ class Painter:
             _, passes = renderer.render(
                 shot.scene, width, height, region=(x, y, x + 1, y + 1), passes=names
             )
-        found = shot.subject.described(shot.scene, shot.frame, int(passes["id"][0, 0]))
-        self._send({"picked": found}, b"")
+        index = int(passes["id"][0, 0])
+        found = shot.subject.described(shot.scene, shot.frame, index)
+        with self._changed:
+            self._session.marked = -1 if found is None else index
+            marked = self._session.shot or shot
+        told = {"mark": marked.mark, "command": marked.command, "changes": self._changes}
+        self._send({"picked": found} | told, b"")
 
     def _draw(self) -> None:
         while (due := self._next()) is not None:
             task, shot, header = due
+            line = threading.Timer(COMPILES, self._send, [{"say": COMPILING}, b""])
             try:
                 started = time.perf_counter()
-                film = self._film(task, shot)
+                if self._waits:
+                    line.start()
+                film, depth = self._film(task, shot)
+                self._waits = False
             except CancelledError:
                 with self._changed:
                     self._schedule.drop(task)
@@ -144,7 +174,9 @@ class Painter:
                 self._send({"error": _said(error)}, b"")
             else:
                 header["render"] = time.perf_counter() - started
-                self._rendered.put(Picture(task, shot, film, header))
+                self._rendered.put(Picture(task, shot, film, depth, header))
+            finally:
+                line.cancel()
         self._rendered.put(None)
 
     def _next(self) -> tuple[Task, Shot, dict[str, Any]] | None:
@@ -159,7 +191,9 @@ class Painter:
                 self._changed.wait(None if isinstance(due, Task) else due)
         return None
 
-    def _film(self, task: Task, shot: Shot) -> Array:
+    def _film(self, task: Task, shot: Shot) -> tuple[Array, Array | None]:
+        """A picture, and its depths if what is drawn over it needs them. Only the last one has that
+        in it: the others have it beside them."""
         scene = replace(shot.scene, samples=task.samples)
 
         def progress(rows: int) -> None:
@@ -168,16 +202,16 @@ class Painter:
             if not task.moves:
                 self._stage.give_way()
 
-        if task.moves:
-            width, height = (max(round(task.scale * side), 1) for side in shot.size)
-            with self._stage.at_once() as renderer:
-                return renderer.render(
-                    scene, width, height, dtype="uint8", alpha=False, progress=progress
-                )
-        alpha = None if task.is_final else False  # which JPEG has not
-        return self._stage.renderer.render(
-            scene, *shot.size, dtype="uint8", alpha=alpha, progress=progress
-        )
+        options: dict[str, Any] = {"dtype": "uint8", "progress": progress}
+        if task.is_final:
+            return self._stage.renderer.render(scene, *shot.size, **options), None
+        width, height = (max(round(task.scale * side), 1) for side in shot.size)
+        names = ("depth",) if needs_depth(scene.film) else ()
+        with self._stage.at_once() if task.moves else nullcontext(self._stage.renderer) as renderer:
+            film, passes = renderer.render(
+                bare(scene), width, height, alpha=False, passes=names, **options
+            )
+        return film, passes.get("depth")
 
     def _encode(self) -> None:
         while (picture := self._rendered.get()) is not None:
@@ -188,8 +222,11 @@ class Painter:
                 command = shot.command if shot.subject.is_noted else ""
                 file = image.as_png(picture.film, transfer=transfer, command=command)
                 header |= {"command": shot.command, "toml": shot.toml}
+                header["layers"] = []
             else:
-                file = _jpeg(picture.film)
+                over = self._overlay.layers(shot.scene, shot.size, picture.depth)
+                header["layers"] = [(each.x, each.y, len(each.file)) for each in over]
+                file = b"".join((*(each.file for each in over), _jpeg(picture.film)))
             header["encode"] = time.perf_counter() - started
             with self._changed:
                 self._busy[task.number] = header["render"] + header["encode"]

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from clrt.errors import SceneError
 from clrt.figure.styles import STYLES
+from clrt.particles.palette import COLORMAPS
 from clrt.scene.camera import Camera
 from clrt.scene.scene import MAX_SAMPLES, Scene
 from clrt.viewer import orbit
@@ -23,7 +24,9 @@ FOV = 40.0
 TURN = 180.0
 """Degrees that a drag over the height of the picture turns."""
 
-Side: TypeAlias = Annotated[int, Meta(ge=1, le=8192)]
+Length: TypeAlias = Annotated[int, Meta(ge=1, le=8192)]
+Side: TypeAlias = Literal["corner", "iso", "x", "-x", "y", "-y", "z", "-z"]
+"""One of clrt.figure.framing.VIEWS."""
 Pixels: TypeAlias = Annotated[float, Meta(ge=-1e5, le=1e5)]
 
 
@@ -33,8 +36,8 @@ class Message(Struct, tag=str.lower, tag_field="do", forbid_unknown_fields=True)
 
 
 class Resize(Message):
-    width: Side
-    height: Side
+    width: Length
+    height: Length
 
 
 class Turn(Message):
@@ -65,8 +68,21 @@ class Sample(Message):
     samples: Annotated[int, Meta(ge=1, le=MAX_SAMPLES)]
 
 
-class Restyle(Message):
-    style: str
+class View(Message):
+    """From a side, so that all is in view."""
+
+    view: Side
+
+
+class Look(Message):
+    """Another look of particles, as an option says it."""
+
+    key: Literal["style", "color", "cmap", "clim", "select"]
+    value: Annotated[str, Meta(max_length=500)]
+
+
+class Center(Message):
+    """The sphere that was picked last goes to the middle."""
 
 
 class Frame(Message):
@@ -74,6 +90,8 @@ class Frame(Message):
 
 
 class Pick(Message):
+    """The sphere at a pixel is marked, or if there is none none."""
+
     x: Annotated[int, Meta(ge=0)]
     y: Annotated[int, Meta(ge=0)]
 
@@ -84,7 +102,9 @@ class Shown(Message):
     number: int
 
 
-Change: TypeAlias = Resize | Turn | Pan | Zoom | Reset | Project | Sample | Restyle | Frame
+Change: TypeAlias = (
+    Resize | Turn | Pan | Zoom | Reset | View | Center | Project | Sample | Look | Frame
+)
 MESSAGES: msgspec.json.Decoder[Change | Pick | Shown] = msgspec.json.Decoder(Change | Pick | Shown)
 """Raises msgspec.DecodeError: it is none."""
 
@@ -96,6 +116,16 @@ class Shot(Struct, frozen=True):
     frame: int
     scene: Scene
     size: orbit.Size
+    marked: int = -1
+    """The index of a sphere, or -1."""
+
+    @property
+    def mark(self) -> tuple[float, float, float] | None:
+        """Where the marked sphere is: column, row and radius, in pixels."""
+        if not 0 <= self.marked < len(self.scene.spheres):
+            return None
+        sphere = self.scene.spheres[self.marked]
+        return orbit.circle(self.scene.camera, sphere.center, sphere.radius, self.size)
 
     @property
     def command(self) -> str:
@@ -105,7 +135,11 @@ class Shot(Struct, frozen=True):
         width, height = map(str, self.size)
         words = ["clrt", "render", *self.subject.words, "--width", width, "--height", height]
         words += ["--samples", str(self.scene.samples)]
-        words += ["--frame", str(self.frame)] * self.subject.is_trajectory
+        if self.subject.is_trajectory:
+            words += ["--frame", str(self.frame)]
+            if self.mark is not None:  # whoever leaves the camera out has it in the middle
+                center = self.scene.spheres[self.marked].center
+                words += ["--center", ",".join(map(repr, center))]
         return shlex.join([*words, "--camera", ", ".join(_toml(self.scene.camera))])
 
     @property
@@ -134,26 +168,31 @@ class Session:
         self.scene = subject.at(0)
         """The scene in view, with as many samples as it gets at rest."""
         self._first = samples or self.scene.samples
+        self._view: str | None = None
         self._is_moved = False  # by hand
+        self.marked = -1
+        """The index of the sphere that is marked, or -1."""
         self._reset()
 
     def _reset(self) -> None:
         self.scene = replace(self.subject.at(self._frame), samples=self._first)
+        self._view = None
         self._frame_it()
 
     def _frame_it(self) -> None:
         """Gives the scene the camera that holds all of it in a picture of this size."""
         self._is_moved = False
         if self._size is not None:
-            camera = self.subject.framed(self.subject.at(self._frame), self._size)
+            whole = self.subject.at(self._frame)
+            camera = self.subject.framed(whole, self._size, self._view)
             self.scene = self.subject.seen_by(self.scene, camera)
 
     @property
     def shot(self) -> Shot | None:
         """The picture that is due; None as long as nobody has said how large it is."""
-        return (
-            None if self._size is None else Shot(self.subject, self._frame, self.scene, self._size)
-        )
+        if self._size is None:
+            return None
+        return Shot(self.subject, self._frame, self.scene, self._size, self.marked)
 
     @property
     def about(self) -> dict[str, Any]:
@@ -164,7 +203,9 @@ class Session:
             "spheres": len(self.scene.spheres),
             "frames": subject.frames,
             "fps": subject.fps,
-            "styles": list(STYLES) if subject.styled else [],
+            "styles": list(STYLES) if subject.drawn else [],
+            "cmaps": COLORMAPS,
+            "columns": subject.columns,
         }
 
     @property
@@ -175,7 +216,8 @@ class Session:
             "frame": self._frame,
             "projection": camera.projection,
             "most": self.scene.samples,
-            "style": self.subject.style,
+            "look": dict(self.subject.look),
+            "mark": None if (shot := self.shot) is None else shot.mark,
         }
 
     def change(self, message: Change) -> None:
@@ -192,10 +234,14 @@ class Session:
             self._reset()
         elif isinstance(message, Sample):
             self.scene = replace(self.scene, samples=message.samples)
-        elif isinstance(message, Restyle):
-            if self.subject.styled:
-                self.subject = self.subject.styled(message.style)
+        elif isinstance(message, Look):
+            if self.subject.drawn:
+                self.subject = self.subject.drawn(message.key, message.value)
+                self.marked = -1  # others may be there
                 self._look_at(self._frame, stays=True)
+        elif isinstance(message, View):
+            self._view = message.view
+            self._frame_it()
         elif isinstance(message, Frame):
             frame = min(message.frame, self.subject.frames - 1)
             self._look_at(frame, stays=self.subject.is_trajectory)
@@ -215,7 +261,7 @@ class Session:
             self._frame_it()
 
     def _moved(
-        self, camera: Camera, message: Turn | Pan | Zoom | Project, size: orbit.Size
+        self, camera: Camera, message: Turn | Pan | Zoom | Center | Project, size: orbit.Size
     ) -> Camera:
         """Raises SceneError: no camera can be there."""
         if isinstance(message, Turn):
@@ -225,6 +271,10 @@ class Session:
             return orbit.panned(camera, message.x, message.y, size)
         if isinstance(message, Zoom):
             return orbit.zoomed(camera, message.factor, (message.x, message.y), size)
+        if isinstance(message, Center):
+            if not 0 <= self.marked < len(self.scene.spheres):
+                return camera
+            return orbit.towards(camera, self.scene.spheres[self.marked].center)
         if message.projection == "orthographic":
             return orbit.orthographic(camera, size)
         fov = self.subject.at(self._frame).camera.fov or FOV

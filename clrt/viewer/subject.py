@@ -1,7 +1,7 @@
 """Subject: the scene or particles in view, and the words of the command line that name them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -9,14 +9,15 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from clrt.errors import RequestError
 from clrt.figure import compose, sources, styles
 from clrt.figure.compose import Look
+from clrt.figure.framing import VIEWS
 from clrt.figure.resolver import resolved
 from clrt.files.particles.reader import read
 from clrt.files.scenefile import as_scene
 from clrt.motion.animation import Way, all_frames
 from clrt.motion.trajectory import Flow
-from clrt.particles.particlefile import PLAIN
 from clrt.particles.particles import Particles
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
@@ -32,8 +33,11 @@ FRAME = (16, 9)
 """The shape of what `clrt render` makes of a scene."""
 
 
-def _held(scene: Scene, size: orbit.Size, frame: orbit.Size = FRAME) -> Camera:
-    return orbit.held(scene.camera, frame, size)
+def _held(scene: Scene, size: orbit.Size, view: str | None, frame: orbit.Size = FRAME) -> Camera:
+    camera = scene.camera
+    if view is not None:
+        camera = orbit.from_side(camera, VIEWS[view])
+    return orbit.held(camera, frame, size)
 
 
 def _nothing(frame: int, index: int) -> dict[str, Any]:
@@ -57,20 +61,26 @@ class Subject:
     """Whether a file that `clrt render` makes of it says so."""
     seen_by: Callable[[Scene, Camera], Scene] = _moved
     """A scene with another camera."""
-    framed: Callable[[Scene, orbit.Size], Camera] = _held
-    """The camera of one of its scenes that holds all in a picture of so many columns and rows."""
+    framed: Callable[[Scene, orbit.Size, str | None], Camera] = _held
+    """The camera of one of its scenes that holds all in a picture of so many columns and rows; from
+    one of clrt.figure.framing.VIEWS, if it is given."""
     values: Callable[[int, int], dict[str, Any]] = _nothing
     """The values of a frame's sphere in its file."""
-    style: str | None = None
-    """That its particles are drawn in; None: it is no figure whose style can be chosen."""
-    styled: "Callable[[str], Subject] | None" = None
-    """The same in another style."""
+    look: Mapping[str, str] = field(default_factory=dict)
+    """How its particles are drawn, as the options of these names say it; none: it is no figure
+    whose looks can be chosen."""
+    columns: Sequence[str] = ()
+    """That it can be coloured by."""
+    drawn: "Callable[[str, str], Subject] | None" = None
+    """The same with another value of one of `look`."""
 
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
         """The place, radius, material and values of a sphere, or the ends, radius and material of a
-        capsule; None of -1, which is none."""
+        capsule, or the number of a face; None of -1, which is none."""
         if index < 0:
             return None
+        if index >= len(scene.spheres) + len(scene.capsules):
+            return {"index": index}
         if index >= len(scene.spheres):
             capsule = scene.capsules[index - len(scene.spheres)]
             ends = {"start": capsule.start, "end": capsule.end, "radius": capsule.radius}
@@ -146,36 +156,71 @@ def of_file(
         is_trajectory=True,
         is_noted=False,
         seen_by=styles.seen_by,
-        framed=lambda scene, size: flow.camera(size),
+        framed=lambda scene, size, view: flow.camera(size, view),
         values=values,
-        style=look.style,
-        styled=lambda style: of_file(path, drawn | {"style": style}, words, reading),
+        look=_said(flow.look),
+        columns=flow.columns,
+        drawn=lambda key, value: of_file(path, _with(drawn, key, value), words, reading),
     )
 
 
-def of_particles(particles: Particles, style: str = PLAIN) -> Subject:
+def of_particles(particles: Particles, drawn: Mapping[str, Any] = MappingProxyType({})) -> Subject:
     """Particles that are no file.
+
+    drawn: see clrt.figure.Look.
 
     Raises:
         RequestError: they lack a quantity that is to be drawn.
     """
-    look = Look(style=style)
+    look = sources.look(**drawn)
     made = compose.drawn(particles, look)
-    parts = [made.spheres]
-    scene = compose.scene_of(made, look, parts, made.cell)
+    scene = compose.scene_of(made, look, made.parts, made.cell)
 
-    def framed(scene: Scene, size: orbit.Size) -> Camera:
-        return compose.framed(made, replace(look, size=size), parts, made.cell, scene.film)
+    def framed(scene: Scene, size: orbit.Size, view: str | None) -> Camera:
+        return compose.seen_in(made, look, made.parts, made.cell, scene.film, size, view)
+
+    def values(frame: int, index: int) -> dict[str, Any]:
+        return _values(particles, index if made.rows is None else int(made.rows[index]))
 
     return Subject(
         (),
         lambda frame: scene,
         seen_by=styles.seen_by,
         framed=framed,
-        values=lambda frame, index: _values(particles, index),
-        style=style,
-        styled=partial(of_particles, particles),
+        values=values,
+        look=_said(look),
+        columns=tuple(particles.columns),
+        drawn=lambda key, value: of_particles(particles, _with(drawn, key, value)),
     )
+
+
+def _said(look: Look) -> dict[str, str]:
+    """The values of a look that a page can change."""
+    clim = look.clim if isinstance(look.clim, tuple) else ()
+    return {
+        "style": look.style,
+        "color": look.color or "",
+        "cmap": look.cmap,
+        "clim": " ".join(f"{one:g}" for one in clim),
+        "select": look.select or "",
+    }
+
+
+def _with(drawn: Mapping[str, Any], key: str, value: str) -> dict[str, Any]:
+    """What is drawn, with another value of a key; "" is none.
+
+    Raises:
+        RequestError: it is no value of that key.
+    """
+    given: Any = value.strip() or None
+    if key == "clim" and given is not None:
+        try:
+            low, high = map(float, given.split())
+        except ValueError:
+            raise RequestError(f"clim: expected LO HI, got {given!r}") from None
+        given = low, high
+    fresh = {"clim": None} if key == "color" else {}  # the range was that of another column
+    return {**drawn, **fresh, key: given}
 
 
 def of_figure(scene: Scene, size: orbit.Size) -> Subject:
