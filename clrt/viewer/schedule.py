@@ -18,8 +18,8 @@ SHARP = 0.012
 """For one whose sides are more than half of what they are at rest, to be rendered and encoded: it
 shall not come later for that."""
 SCALES = (1.0, 0.75, 0.5, 0.375, 1 / 3)
-"""Of the sides of a picture that moves. Its pixels are three of the screen's at most: in larger ones
-nobody sees what moves, so a scene that takes longer gets fewer pictures instead."""
+"""Of the sides of a picture that moves. Its pixels are three of the screen's at most: in larger
+ones nobody sees what moves, so a scene that takes longer gets fewer pictures instead."""
 AGAIN = 60
 """Pictures after which a size is tried again that took too long."""
 GAIN = 0.9
