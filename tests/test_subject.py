@@ -145,7 +145,7 @@ def test_bonds(flow: Path) -> None:
     assert found == {
         "index": 3, "start": (0.5, 0, 0), "end": (2, 0, 0), "radius": 0.15, "material": "soft"
     }  # fmt: skip
-    assert subject.styled is not None
+    assert subject.drawn is not None
     bare = of_file(flow, {"style": "soft"})
     assert bare.styled is not None
     assert (len(bare.at(0).capsules), len(bare.styled("ball-and-stick").at(0).capsules)) == (0, 2)

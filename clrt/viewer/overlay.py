@@ -2,7 +2,7 @@
 while the picture under it is small."""
 
 import io
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -10,7 +10,7 @@ from PIL import Image
 
 from clrt.film import develop
 from clrt.film.decor import decorations
-from clrt.film.develop import Marks
+from clrt.film.develop import Marks, Seen
 from clrt.scene.film import Film
 from clrt.scene.scene import Scene
 from clrt.values import Array
@@ -28,14 +28,20 @@ class Layer(NamedTuple):
     file: bytes
 
 
+STILL: dict[str, Any] = {"colorbar": "", "legend": (), "title": "", "label": ""}
+"""What a film has without marks that stay where they are, whatever the camera."""
+MOVING: dict[str, Any] = {"cells": (), "labels": (), "scalebar": None, "axes": ""}
+"""Without those that go with it."""
+
+
 def bare(scene: Scene) -> Scene:
     """A scene with nothing over its picture."""
-    return replace(scene, film=replace(scene.film, cells=(), colorbar="", legend=()))
+    return replace(scene, film=replace(scene.film, **STILL, **MOVING))
 
 
 def needs_depth(film: Film) -> bool:
     """Whether spheres hide some of it."""
-    return bool(film.cells)
+    return bool(film.cells or film.labels)
 
 
 class Overlay:
@@ -53,15 +59,22 @@ class Overlay:
         film = scene.film
         if not develop.has_marks(film):
             return []
-        moving: list[Layer] = []
-        if depth is not None:
-            lines = replace(film, colorbar="", legend=())
-            moving = _layers(replace(scene, film=lines), size, _enlarged(depth, size))
-        still = replace(film, cells=())
+        moving = replace(film, **STILL)
+        layers = []
+        if develop.has_marks(moving):
+            seen = None if depth is None else _seen(_enlarged(depth, size))
+            layers = _layers(replace(scene, film=moving), size, seen)
+        still = replace(film, **MOVING)
         if self._still != (still, size):
             self._kept = _layers(replace(scene, film=still), size, None)
             self._still = still, size
-        return [*moving, *self._kept]
+        return [*layers, *self._kept]
+
+
+def _seen(depth: Array) -> Seen:
+    """Depths as what draws over pictures takes them; it asks for nothing else."""
+    nothing = np.zeros(0)
+    return Seen(nothing, depth, nothing, np.s_[:, :])
 
 
 def _enlarged(depth: Array, size: Size) -> Array:
@@ -73,9 +86,9 @@ def _enlarged(depth: Array, size: Size) -> Array:
     return found
 
 
-def _layers(scene: Scene, size: Size, depth: Array | None) -> list[Layer]:
+def _layers(scene: Scene, size: Size, seen: Seen | None) -> list[Layer]:
     whole, alpha = (0, 0, *size), scene.film.transparent
-    marks = decorations.marks(scene, size, whole, alpha, depth)
+    marks = decorations.marks(scene, size, whole, alpha, seen)
     return [_layer(each, size[0], scene.film) for each in marks if len(each.pixel)]
 
 
