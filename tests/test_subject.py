@@ -147,8 +147,11 @@ def test_bonds(flow: Path) -> None:
     }  # fmt: skip
     assert subject.drawn is not None
     bare = of_file(flow, {"style": "soft"})
-    assert bare.styled is not None
-    assert (len(bare.at(0).capsules), len(bare.styled("ball-and-stick").at(0).capsules)) == (0, 2)
+    assert bare.drawn is not None
+    assert (
+        len(bare.at(0).capsules),
+        len(bare.drawn("style", "ball-and-stick").at(0).capsules),
+    ) == (0, 2)
 
 
 def test_lights_go_with_the_camera_of_a_plot(flow: Path) -> None:
