@@ -89,12 +89,12 @@ WORDS: dict[str, Any] = {
 
 
 def test_words() -> None:
-    (labels, _, title, label, scalebar, axes) = shapes(**WORDS)
-    assert [words.text for words in (labels[0], title[0], label[0])] == ["Na⁺", WORDS["title"],
+    ((name,), _, title, label, scalebar, axes) = shapes(**WORDS)
+    assert [words.text for words in (name, title[0], label[0])] == ["Na⁺", WORDS["title"],
                                                                          "{t} = 3 ps"]  # fmt: skip
     # The camera's screen is 4 high, with rays through its ends: at x = 0.5 of 7.1 from the middle.
-    assert labels[0].x == pytest.approx(0.5 + (0.5 / (4 * 16 / 9) + 0.5) * 959)
-    assert labels[0].y == pytest.approx(0.5 + (0.5 - 0.2 / 4) * 539)
+    assert name.x == pytest.approx(0.5 + (0.5 / (4 * 16 / 9) + 0.5) * 959)
+    assert name.y == pytest.approx(0.5 + (0.5 - 0.2 / 4) * 539)
     line, *_, words = scalebar
     assert line.right - line.left == pytest.approx(959 / (4 * 16 / 9), abs=0.5)
     assert words.text == "1 nm"
@@ -183,4 +183,4 @@ def test_regions_do_not_show() -> None:
     for region in [(0, 0, 9, 9), (3, 120, 200, 171), (150, 70, 320, 180), (170, 80, 190, 100)]:
         x0, y0, x1, y1 = region
         assert (picture(region) == whole[y0:y1, x0:x1]).all()
-    canvas._painted.cache_clear()
+    canvas.marks.cache_clear()

@@ -124,15 +124,19 @@ def develop(
     if seen is not None and film.depth_cue != (0, 0):
         depth = (seen.depth if seen.samples == 1 else up_to_edges(seen.depth))[seen.picture]
     rows = max(BLOCK // exposed.shape[1], 1)
-    for start in range(0, len(exposed), rows):
+    starts = range(0, len(exposed), rows)
+    ends = np.append(starts, len(exposed)) * exposed.shape[1]
+    cuts = [np.searchsorted(one.pixel, ends).tolist() for one in marks]
+    for i, start in enumerate(starts):
         some = slice(start, start + rows)
         picture = exposed[some]
         if depth is not None:
             picture = depth_cued(picture, depth[some], film.depth_cue)
         if line is not None:
             picture = drawn_over(picture, line[some], film.outline_color)
-        for one in marks:
-            picture = marked(picture, start * exposed.shape[1], one)
+        for one, cut in zip(marks, cuts, strict=True):
+            if cut[i] < cut[i + 1]:
+                picture = marked(picture, start * exposed.shape[1], one)
         if out.shape[2] == 3:
             picture = on_background(picture, film.background)
         if out.dtype.kind == "u":

@@ -12,6 +12,7 @@ from clrt.film.develop import Marks
 from clrt.values import Array, Color
 
 
+@functools.lru_cache(64)  # frames of an animation have the same ones
 def marks(drawing: Drawing, region: Area, ink: Color, ground: Color | None) -> Marks:
     """A drawing in a region of a picture.
 
@@ -26,10 +27,14 @@ def marks(drawing: Drawing, region: Area, ink: Color, ground: Color | None) -> M
     cut = patch.colors[
         max(-down, 0) : max(bottom - patch.top, 0), max(-aside, 0) : max(right - patch.left, 0)
     ]
-    hides = drawing.room is not None
-    row, column = np.nonzero(np.ones(cut.shape[:2]) if hides else cut[..., 3])
-    pixel = (row + max(down, 0)) * (right - left) + column + max(aside, 0)
-    return Marks(pixel, cut[row, column], hides)
+    rows, columns = cut.shape[:2]
+    row = (np.arange(rows) + max(down, 0)) * (right - left)
+    pixel = (row[:, np.newaxis] + np.arange(columns) + max(aside, 0)).reshape(-1)
+    color = cut.reshape(-1, 4)
+    if drawing.room is not None:
+        return Marks(pixel, color, True)
+    there = np.flatnonzero(color[:, 3])
+    return Marks(pixel[there], color[there])
 
 
 class _Patch(NamedTuple):
@@ -41,7 +46,6 @@ class _Patch(NamedTuple):
     """(height, width, 4) float32, premultiplied."""
 
 
-@functools.lru_cache(16)  # frames of an animation have the same ones
 def _painted(drawing: Drawing, ink: Color, ground: Color | None) -> _Patch:
     from PIL import Image, ImageFilter
 

@@ -28,7 +28,7 @@ error of a depth of float32, and less than anything that can be seen."""
 
 
 def drawings(look: Film, camera: Camera, size: tuple[int, int], depth: Array) -> list[Drawing]:
-    """The labels of a film that have room, in one drawing if there are some.
+    """The labels of a film that have room.
 
     Args:
         size: of the picture, columns and rows.
@@ -53,7 +53,7 @@ def drawings(look: Film, camera: Camera, size: tuple[int, int], depth: Array) ->
             "labels: some of what is seen have none, for want of room; --zoom or a larger picture"
         )
         warnings.warn(f"{said} shows more", SceneWarning, stacklevel=2)
-    return [Drawing(tuple(shapes), em)] if shapes else []
+    return [Drawing((words,), em) for words in shapes]
 
 
 def _places(x: float, y: float, half: float, em: float) -> Iterator[tuple[float, float]]:

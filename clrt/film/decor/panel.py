@@ -7,6 +7,7 @@ import functools
 from collections.abc import Sequence
 
 import numpy as np
+from msgspec.structs import replace
 
 from clrt.film import color
 from clrt.film.decor.drawing import (
@@ -46,14 +47,19 @@ def drawing(look: Film, size: tuple[int, int]) -> Drawing:
         look: with colorbar, and with colorbar_clim if it has no legend.
         size: of the picture, columns and rows.
     """
-    shapes, area = _laid_out(look, size)
+    shapes, area = _laid_out(_alone(look), size)
     return Drawing(shapes, em_of(look, size), area if look.colorbar_room else None)
 
 
 def room(look: Film, size: tuple[int, int]) -> tuple[int, int]:
     """How many columns at the right of a picture it takes, and how many rows at its bottom."""
-    left, top, right, bottom = _laid_out(look, size)[1]
+    left, top, right, bottom = _laid_out(_alone(look), size)[1]
     return (0, bottom - top) if _is_below(look) else (right - left, 0)
+
+
+def _alone(look: Film) -> Film:
+    """Without what differs from frame to frame, so that frames have the same one."""
+    return replace(look, label="", labels=(), cells=())
 
 
 def _is_below(look: Film) -> bool:
