@@ -60,15 +60,21 @@ def _painted(drawing: Drawing, ink: Color, ground: Color | None) -> _Patch:
         elif isinstance(shape, Wedge):
             _wedge(boxes, shape, left, top)
         _ink(inked, shape, left, top)
-    found = np.zeros_like(boxes)
+    rim = inked
     if ground is not None and inked.size:
-        rim = Image.fromarray(inked)
+        wider = Image.fromarray(inked)
         for _ in range(rims):  # pixel by pixel, which is quicker
-            rim = rim.filter(ImageFilter.MaxFilter(3))
-        found = _layer(np.asarray(rim), ground)
-    found = found * (1 - boxes[..., 3:]) + boxes
-    drawn = _layer(inked, ink)
-    return _Patch(left, top, found * (1 - drawn[..., 3:]) + drawn)
+            wider = wider.filter(ImageFilter.MaxFilter(3))
+        rim = np.asarray(wider)
+    colors = boxes.reshape(-1, 4)
+    there = np.flatnonzero(rim)  # most of a panel is empty
+    found = colors[there]
+    if ground is not None:
+        around = _layer(rim.reshape(-1)[there], ground)
+        found += around * (1 - found[:, 3:])
+    drawn = _layer(inked.reshape(-1)[there], ink)
+    colors[there] = found * (1 - drawn[:, 3:]) + drawn
+    return _Patch(left, top, boxes)
 
 
 def _layer(coverage: Array, ink: Color) -> Array:
