@@ -47,7 +47,7 @@ def test_arrows_end_where_vectors_do() -> None:
         assert along.max() == pytest.approx(HERE.radii[row] + 1.5 * np.linalg.norm(way))
         assert found.radius[mine].max() <= found.radius[3] + 1e-12
         assert (found.start[many:][mine] - found.start[mine] == [9.0, 0, 0]).all()
-    assert found.radius[0] == pytest.approx(0.16 * 0.5)
+    assert found.radius[0] == pytest.approx(0.25 * 0.5)
     assert found.radius[2] < 1e-3
 
 
@@ -77,7 +77,7 @@ def test_frames_have_arrows_of_one_scale(tmp_path: Path) -> None:
     (tmp_path / "a.xyz").write_text("".join(frames))
     flow = Flow(tmp_path / "a.xyz", Look(vectors="v", size=(64, 48)))
     first, second = flow.scene(0).capsules, flow.scene(1).capsules
-    assert first[0].radius == second[0].radius == 0.16
+    assert first[0].radius == second[0].radius == 0.25
     assert max(one.end[0] for one in second) - max(one.end[0] for one in first) == pytest.approx(
         3.5
     )

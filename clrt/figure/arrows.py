@@ -12,8 +12,9 @@ from clrt.values import Array, did_you_mean, frozen, some
 
 MEAN = 2.0
 """The mean length of arrows, if nothing is said: in median radii of the particles."""
-SHAFT = 0.16
-"""The radius of a shaft, in median radii of the particles."""
+SHAFT, THIN = 0.25, 1 / 16
+"""The radius of a shaft is the larger of two: in median radii of the particles, and in the mean
+length of arrows."""
 HEAD = 2.3
 """The radius of a head at its base, and ..."""
 LONG = 6.5
@@ -37,11 +38,11 @@ def vectors(particles: Particles, name: str) -> Array:
     return np.stack([particles.values[one].astype(np.float64) for one in known[name]], axis=1)
 
 
-def scale_of(vectors: Array, radius: float) -> float:
-    """How much longer arrows are than vectors, of which nothing is said."""
+def mean_of(vectors: Array) -> float:
+    """The mean length of those that have an arrow; 0: none has one."""
     lengths = np.linalg.norm(vectors, axis=1)
     lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
-    return MEAN * radius / float(lengths.mean()) if len(lengths) else 1.0
+    return float(lengths.mean()) if len(lengths) else 0.0
 
 
 def capsules(

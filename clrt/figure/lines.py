@@ -84,8 +84,9 @@ def lines(
     if asked.vectors is not None and len(particles):
         ways = arrows.vectors(particles, asked.vectors)
         usual = float(np.median(radii))
-        scale = asked.vector_scale or sizes.arrow or arrows.scale_of(ways, usual)
-        thick = sizes.shaft or arrows.SHAFT * usual
+        mean = arrows.mean_of(ways)
+        scale = asked.vector_scale or sizes.arrow or arrows.MEAN * usual / (mean or 1)
+        thick = sizes.shaft or max(arrows.SHAFT * usual, arrows.THIN * mean * scale)
         made, ends = arrows.capsules(
             particles.positions,
             radii,
