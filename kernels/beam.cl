@@ -66,7 +66,7 @@ static real beam_end(const Beam *beam, Vector o, Vector d, reals t, ints on, rea
 
 // OPACITY and TREE: how far along the beam's axis the rays that are on have gone straight through.
 static real beam_begin(const Beam *beam, Ray ray, ints on, real slack) {
-    reals from = PICK(ray.after > 0, ray.after, 0);
+    reals from = larger(ray.passed[0].distance, 0);
     reals at = axis_of(ray.origin, beam->m) + from * axis_of(ray.direction, beam->m);
     return LEAST(on, at * beam->sign) - 2 * slack;
 }

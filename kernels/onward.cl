@@ -143,14 +143,14 @@ static ints turn(const Scene *scene, Path *path, Place *place, Splits *splits, A
     if (NEST) return turn_at_glass(scene, path, place, onward, entering, splits, aside);
     path->weight *= place->surface.reflection;
     path->ray.direction = onward;
-    if (OPACITY) path->ray.after = -INFINITY, path->ray.last = -1;
+    if (OPACITY) path->ray.passed[0] = nothing_passed();
     return place->reached & (path->weight > 0);
 }
 
 // REFLECTION or OPACITY: follows the rays of those lanes to what they meet next. OPACITY: those that wait
 // stay where they are.
 static void go_on(const Scene *scene, Path *path, ints alive, const Through *through) {
-    bool from_camera = OPACITY && path->depth == 1;
+    bool from_camera = OPACITY && path->depth == 0;
     if (OPACITY && !ANY(alive)) {
         path->hit = no_hit();
     } else {

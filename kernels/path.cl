@@ -82,7 +82,7 @@ static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
     path->weight = 1;
     path->tint = vector(1, 1, 1);
     path->ray.leaves = path->ray.all_leave = -1;
-    if (OPACITY) path->ray.after = -INFINITY, path->ray.last = -1;
+    if (OPACITY) path->ray.passed[0] = nothing_passed();
     if (!ORTHOGRAPHIC) return go_from_eye(scene, path, at);
     go_straight(scene, path, at);
     return vector(at.x, at.y, 0);

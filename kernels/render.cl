@@ -56,16 +56,15 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                      __global const Light *lights, __global const Shade *shades,
                      __global const uchar *encloses, int sky_count, __global const real *skies,
                      __global const real *background, __global const real *sphere_colors,
-                     __global const Glass *glass, __global const real *opacities,
-                     __global const Medium *around, __global int *lost, __global const int *ids,
-                     __global const int *materials_of, __global const Bead *beads,
-                     __global const Node *nodes, __global const Leaf *leaves,
-                     __global const Shape *shape) {
-    Scene scene = {max_depth,      shadow_bias, camera,      sphere_count, spheres,
-                   material_count, materials,   light_count, lights,       shades,
-                   encloses,       sky_count,   skies,       background,   sphere_colors,
-                   glass,          opacities,   around,      lost,         TREE ? ids : 0,
-                   materials_of,   beads};
+                     __global const Glass *glass, __global const Medium *around, __global int *lost,
+                     __global const int *ids, __global const int *materials_of,
+                     __global const Bead *beads, __global const Node *nodes,
+                     __global const Leaf *leaves, __global const Shape *shape) {
+    Scene scene = {max_depth,      shadow_bias, camera,      sphere_count,   spheres,
+                   material_count, materials,   light_count, lights,         shades,
+                   encloses,       sky_count,   skies,       background,     sphere_colors,
+                   glass,          around,      lost,        TREE ? ids : 0, materials_of,
+                   beads};
     if (TREE) {
         Tree tree = {nodes, leaves, shape[0], glass};
         scene.tree = tree;

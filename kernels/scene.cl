@@ -18,7 +18,6 @@ typedef struct {
     __global const real *background;
     __global const real *sphere_colors;
     __global const Glass *glass;
-    __global const real *opacities;
     __global const Medium *around;
     __global int *lost;
     __global const int *ids;  // 0 without TREE: `spheres` is then the scene's list

@@ -8,13 +8,18 @@
         thing;               \
     }
 
+// OPACITY: as Passed.
+typedef struct {
+    real distance;
+    INTEGER id;
+} PassedSingle;
+
 // A packet's ray, alone.
 typedef struct {
     real o[3], d[3];             // origin and direction
     INTEGER leaves;              // as in Ray
     INTEGER inside[MAX_INSIDE];  // NEST: index + 1
-    real after;                  // OPACITY: as in Ray
-    INTEGER last;
+    PassedSingle passed[OPACITY];
 } Single;
 
 // A packet's rays in memory, where a lane can be chosen at run time.
@@ -22,8 +27,7 @@ typedef struct {
     reals coordinates[6];
     ints leaves[1];
     ints inside[MAX_INSIDE];
-    reals after[1];
-    ints last[1];
+    Passed passed[OPACITY];
 } Rays;
 
 // TREE: a packet's rays, to be taken one by one.
@@ -32,7 +36,7 @@ static Rays rays_of(Ray ray) {
                   ray.direction.z},
                  {ray.leaves}};
     FOR_EACH_LAYER(rays.inside[i] = ray.inside.layers[i].sphere)
-    if (OPACITY) rays.after[0] = ray.after, rays.last[0] = ray.last;
+    if (OPACITY) rays.passed[0] = ray.passed[0];
     return rays;
 }
 
@@ -44,10 +48,16 @@ static Single single_of(const Rays *rays, int lane) {
                      EACH_INT(rays->leaves)[lane]};
     FOR_EACH_LAYER(single.inside[i] = EACH_INT(rays->inside[i])[lane])
     if (OPACITY) {
-        single.after = EACH_REAL(rays->after)[lane];
-        single.last = EACH_INT(rays->last)[lane];
+        single.passed[0].distance = EACH_REAL(rays->passed[0].distance)[lane];
+        single.passed[0].id = EACH_INT(rays->passed[0].id)[lane];
     }
     return single;
+}
+
+// OPACITY and TREE: behind() for one ray and 16 places.
+static wide_ints behind_single(const Single *ray, wides distance, wide_ints ids) {
+    real last = ray->passed[0].distance;
+    return (distance > last) | ((distance == last) & (ids > ray->passed[0].id));
 }
 
 // TREE: near_side() for one ray and 16 spheres.
@@ -118,11 +128,10 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real sta
 static void nearest_sphere(__global const Leaf *leaf, const Single *ray, real *distance,
                            INTEGER *sphere) {
     LEAF_QUADRATIC(ray, leaf)
-    if (!wide_bits(met)) return;
-    __private wides all[1] = {FIRST_ROOT};
-    if (OPACITY)
-        met &= (all[0] > ray->after) | ((all[0] == ray->after) & (TO_WIDE_INTS(id_) > ray->last));
     uint bits = wide_bits(met);
+    if (!bits) return;
+    __private wides all[1] = {FIRST_ROOT};
+    if (OPACITY) bits = wide_bits(met & behind_single(ray, all[0], TO_WIDE_INTS(id_)));
     __private const real *root = (__private const real *)all;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);

@@ -7,10 +7,12 @@
 //
 // LITERAL is the baseline that the rest is measured against. The host makes no sphere a giant then.
 
-// NEST or OPACITY: of each sphere of the scene's list. 8 bytes as float32, 16 as float64.
+// NEST or OPACITY: of each sphere of the scene's list. 8 bytes as float32, 16 as float64; with OPACITY 12
+// and 24.
 typedef struct {
     INTEGER order;  // of transparent spheres: the larger, the smaller the sphere; 0: opaque
     INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
+    real opacity[OPACITY];
 } Glass;
 
 // 64 bytes as float32, one cache line; 120 as float64. Written by clrt/renderer/pack/spheres.py. In camera space,
@@ -50,7 +52,13 @@ typedef struct {
         thing;               \
     }
 
-// A ray of each lane, in the spheres' space.
+// OPACITY: the last surface that a ray went straight through. Nothing is met before it.
+typedef struct {
+    reals distance;  // along the ray; -INFINITY: none yet
+    ints id;
+} Passed;
+
+// A ray of each lane, in the spheres' space. Without OPACITY there is none of `passed`, not even room.
 typedef struct {
     Vector origin;
     Vector direction;  // unit length
@@ -58,15 +66,20 @@ typedef struct {
                        // that leaves a convex body does not come back, so no epsilon is needed.
     int all_leave;     // that index if it is the same in all lanes that count, else -1
     Inside inside;
-    reals
-        after;  // OPACITY: nothing is met before this distance, nor at it what does not come after
-    ints last;  // this sphere, see behind()
+    Passed passed[OPACITY];
 } Ray;
+
+// OPACITY: of rays that have gone through nothing yet.
+static Passed nothing_passed(void) {
+    Passed none = {-INFINITY, -1};
+    return none;
+}
 
 // OPACITY: whether what a ray meets at a distance is behind the last that it went straight through. Of
 // equal distances the spheres come in the order of the list: so none is met twice, and none is missed.
 static ints behind(Ray ray, reals distance, ints id) {
-    return (distance > ray.after) | ((distance == ray.after) & (id > ray.last));
+    reals last = ray.passed[0].distance;
+    return (distance > last) | ((distance == last) & (id > ray.passed[0].id));
 }
 
 // The lanes whose ray is inside of sphere s: none without NEST.

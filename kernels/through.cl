@@ -19,11 +19,11 @@ typedef struct {
 } Through;
 
 // OPACITY: those of the spheres of each lane.
-static reals opacities_of(__global const real *opacities, ints spheres) {
+static reals opacities_of(__global const Glass *glass, ints spheres) {
     __private const INTEGER *sphere = EACH_INT(spheres);
     __private reals found[1] = {1};
     for (int i = 0; i < LANES; i++)
-        if (sphere[i] >= 0) EACH_REAL(found)[i] = opacities[sphere[i]];
+        if (sphere[i] >= 0) EACH_REAL(found)[i] = glass[sphere[i]].opacity[0];
     return found[0];
 }
 
@@ -41,7 +41,7 @@ static Through translucent_first(const Scene *scene, Path *path) {
     through.ray = path->ray;
     through.hit = path->hit;
     through.weight = path->weight;
-    through.part = opacities_of(scene->opacities, path->hit.id);
+    through.part = opacities_of(scene->glass, path->hit.id);
     through.goes = (path->hit.id >= 0) & (through.part < 1);
     through.waits = 0;
     if (!ANY(through.goes)) return through;
@@ -54,8 +54,9 @@ static Through translucent_first(const Scene *scene, Path *path) {
 // OPACITY: the rays as they came, with the weight that is left. Returns the lanes that go on.
 static ints go_through(Path *path, const Through *through) {
     path->ray = through->ray;
-    path->ray.after = PICK(through->goes, through->hit.distance, path->ray.after);
-    path->ray.last = PICK_INT(through->goes, through->hit.id, path->ray.last);
+    Passed *passed = path->ray.passed;
+    passed->distance = PICK(through->goes, through->hit.distance, passed->distance);
+    passed->id = PICK_INT(through->goes, through->hit.id, passed->id);
     path->weight = PICK(through->goes, through->weight * (1 - through->part), through->weight);
     return through->goes & (path->weight >= LEAST_WEIGHT);
 }

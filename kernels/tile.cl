@@ -28,7 +28,7 @@ static Ray ray_of_tile(const Tile *tile, int block) {
     Ray ray = {tile->origin[ORTHOGRAPHIC || LONG_LENS ? block : 0],
                tile->direction[ORTHOGRAPHIC ? 0 : block]};
     ray.leaves = ray.all_leave = -1;
-    if (OPACITY) ray.after = -INFINITY, ray.last = -1;
+    if (OPACITY) ray.passed[0] = nothing_passed();
     return ray;
 }
 

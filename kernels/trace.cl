@@ -20,8 +20,7 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
     Aside aside[MAX_ASIDE];
     Splits splits = {0, path.weight > 0, 0};
     Vector first_normal = vector(0, 0, 0);
-    path.depth = 1;
-    while (splits.count > 0 || ANY(path.hit.id >= 0)) {
+    for (path.depth = 1; splits.count > 0 || ANY(path.hit.id >= 0); path.depth++) {
         Through through;
         if (OPACITY) {
             through = translucent_first(scene, &path);
@@ -35,6 +34,7 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
         ints alive;
         if (OPACITY && ANY(through.goes)) {
             alive = go_through(&path, &through);
+            path.depth--;
         } else {
             if (!REFLECTION) break;
             alive = turn(scene, &path, &place, &splits, aside);
@@ -42,7 +42,6 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
                 if (!SPLIT || splits.count == 0) break;
                 alive = take_aside(&path, &splits, aside);
             }
-            path.depth++;
         }
         go_on(scene, &path, alive, &through);
     }

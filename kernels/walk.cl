@@ -41,7 +41,8 @@ static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, 
 static void nearest_single(const Tree *tree, int kind, const Single *ray, real *distance,
                            INTEGER *id) {
     Slabs slabs = slabs_of(ray);
-    real start = OPACITY ? fmax(ray->after, (real)0) : 0;
+    real start = 0;
+    if (OPACITY) start = fmax(ray->passed[0].distance, start);
     int stack[STACK], top = 0;
     real starts[STACK];
     for (int e = 0; e >= 0;) {

@@ -32,8 +32,7 @@ ORDER = (
     *("paths", "top", "list", "from", "count", "samples", "points", "table"),
     *("max_depth", "shadow_bias", "camera", "sphere_count", "spheres"),
     *("material_count", "materials", "light_count", "lights", "shades", "encloses"),
-    *("sky_count", "skies", "background", "sphere_colors", "glass", "opacities"),
-    *("around", "lost"),
+    *("sky_count", "skies", "background", "sphere_colors", "glass", "around", "lost"),
     *("ids", "materials_of", "beads", "nodes", "leaves", "shape"),
 )
 """The kernel's arguments from `paths` on, see render.cl."""
@@ -144,7 +143,6 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
         "background": np.clip(scene.film.background, -MAX_COLOR, MAX_COLOR).astype(real),
         "sphere_colors": world.colors,
         "glass": world.glass,
-        "opacities": world.opacities,
     }
     if world.skies:
         far = np.array([light.distance for light in world.skies], np.longdouble)

@@ -158,7 +158,7 @@ def features_of(
         spot=any(isinstance(light, SpotLight) for light in world.shining),
         phong=any(material.highlight == "phong" for material in used),
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
-        opacity=world.opacities is not None,
+        opacity=world.is_translucent,
         background=_shows_background(world, scene),
         round=any(light.is_round for light in world.shining),
         hashed=adaptive and stage == "picture",

@@ -129,8 +129,8 @@ def panes(
     """
     none = np.zeros(0, np.int64)
     if opacity is not None:
-        found = np.zeros(len(spheres), glass_dtype(real))
-        found["veil"] = _veils(1 - opacity, real)
+        found = np.zeros(len(spheres), glass_dtype(real, opacity=True))
+        found["veil"], found["opacity"] = _veils(1 - opacity, real), opacity
         return found, 0, np.flatnonzero(opacity == 0)
     transmission = np.array([m.transmission for m in materials], np.float64)
     transparent = (transmission > 0)[material_of] if len(materials) else none

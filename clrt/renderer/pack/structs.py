@@ -55,9 +55,10 @@ def camera_dtype(real: Real) -> np.dtype[Any]:
     return np.dtype([*fields, *axes, ("unit", real), *blur], align=True)
 
 
-def glass_dtype(real: Real) -> np.dtype[Any]:
+def glass_dtype(real: Real, opacity: bool = False) -> np.dtype[Any]:
     integer = np.int64 if real is np.float64 else np.int32
-    return np.dtype([("order", integer), ("veil", integer)])
+    more = [("opacity", real)] if opacity else []
+    return np.dtype([("order", integer), ("veil", integer), *more])
 
 
 def medium_dtype(real: Real) -> np.dtype[Any]:

@@ -50,8 +50,8 @@ class World:
     is any, then one for each of the skies."""
     colors: Array | None
     """(spheres, 3) of real, if they have their own."""
-    opacities: Array | None
-    """(spheres,) of real, if some can be seen through."""
+    is_translucent: bool
+    """Whether spheres can be seen through."""
     glass: Array | None
     """(spheres,) of glass_dtype, if shadow rays lose a part of their light to some."""
     nest: int
@@ -117,7 +117,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         packed_materials=packed_materials,
         shades=shades,
         colors=colors,
-        opacities=None if opacity is None else opacity.astype(real),
+        is_translucent=opacity is not None,
         glass=panes,
         nest=nest,
         gone=gone,
