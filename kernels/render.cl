@@ -20,18 +20,50 @@ static void store(const Target *target, Sample sample, int column, int row) {
         store_paths(sample.path, i, paths + (size_t)i * target->width, target->width - column);
 }
 
+// TILES: what a packet of a tile brings, whose first hits are there.
+static Sample sample_of_tile(const Scene *scene, const Tile *tile, int block) {
+    Hit hit = hit_of_tile(tile, block);
+    return traced(scene, pixels_of_tile(scene, tile, block), (Draw){0}, &hit);
+}
+
+// GATHER and TILES: fills a tile for each of a pixel's samples; their means as gathered() makes them.
+static void gather_tile(const Scene *scene, Tile *tile, int samples, __global const real *points,
+                        Sample *means) {
+    ints all = -1;
+    for (int block = 0; block < BLOCKS; block++) means[block] = (Sample){{0}};
+    for (int i = 0; i < samples; i++) {
+        tile->right = points[2 * i], tile->up = points[2 * i + 1];
+        fill_tile(scene, tile);
+        for (int block = 0; block < BLOCKS; block++) {
+            if (!is_wanted(tile, block)) continue;
+            Sample sample = sample_of_tile(scene, tile, block), *mean = means + block;
+            Sum sum = with((Sum){mean->color, mean->alpha}, sample, all);
+            *mean = (Sample){sum.color, sum.alpha, mean->path * 16777619 + sample.path};
+        }
+    }
+    for (int block = 0; block < BLOCKS; block++) {
+        Sample *mean = means + block;
+        Vector sum = mean->color;
+        mean->color = vector(sum.x / samples, sum.y / samples, sum.z / samples);
+        mean->alpha /= samples;
+    }
+}
+
 // TILES: makes the pixels of a tile.
 static void render_tile(const Scene *scene, const Target *target, int column, int row,
-                        int first_column, int first_row) {
-    Tile tile;
-    fill_tile(scene, &tile, first_column + column, first_row + row, first_column + target->width,
-              first_row + target->height);
+                        int first_column, int first_row, int samples, __global const real *points) {
+    Tile tile = {first_column + column, first_row + row, first_column + target->width,
+                 first_row + target->height};
+    Sample means[GATHER ? BLOCKS : 1];
+    if (GATHER) {
+        gather_tile(scene, &tile, samples, points, means);
+    } else {
+        fill_tile(scene, &tile);
+    }
     for (int block = 0; block < BLOCKS; block++) {
-        int x = column + block % ACROSS * ROW, y = row + block / ACROSS * ROWS;
-        if (x >= target->width || y >= target->height) continue;
-        Pixels at = pixels_at(scene->camera, first_column + x, first_row + y);
-        Hit hit = hit_of_tile(&tile, block);
-        store(target, traced(scene, at, (Draw){0}, &hit), x, y);
+        if (!is_wanted(&tile, block)) continue;
+        Sample sample = GATHER ? means[block] : sample_of_tile(scene, &tile, block);
+        store(target, sample, column + block % ACROSS * ROW, row + block / ACROSS * ROWS);
     }
 }
 
@@ -80,7 +112,7 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     Target target = {film, HASHED ? paths + (size_t)(first_row - top) * width : 0, width, height};
     if (TILES) {
         int column = get_global_id(0) * SIDE, row = get_global_id(1) * SIDE;
-        render_tile(&scene, &target, column, row, first_column, first_row);
+        render_tile(&scene, &target, column, row, first_column, first_row, samples, points);
         return;
     }
     int column = get_global_id(0) * ROW, row = get_global_id(1) * ROWS;

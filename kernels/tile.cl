@@ -11,13 +11,15 @@
 
 // The rays of a tile's packets, and what they have met.
 typedef struct {
+    int column, row, end_column, end_row;  // in the picture; packets beyond are not wanted
+    real right, up;  // GATHER: parts of half a pixel, by which its rays go beside pixels' middles
     Vector origin[ORTHOGRAPHIC || LONG_LENS ? BLOCKS : 1];
     Vector direction[ORTHOGRAPHIC ? 1 : BLOCKS];
     reals distance[BLOCKS];
     ints id[BLOCKS];
     wides farthest[BLOCKS / WIDE];  // the largest distance of each packet
     real most;                      // and of all
-    int left, top;  // the first pixel in half pixels from the screen's middle, see pixels_at()
+    real left, top;  // the first ray in half pixels from the screen's middle, see pixels_at()
     Beam beam;
     real begin;    // along it, how far ahead rays start at most, with some slack
     real forward;  // and how far they come in a distance of 1, at most
@@ -230,32 +232,46 @@ static bool aim_tile(const Scene *scene, Tile *tile) {
     return true;
 }
 
-// TILES: the rays of the tile's packets, and what they meet in the list beside the tree. Packets from
-// those ends on are not wanted.
-static void begin_tile(const Scene *scene, Tile *tile, int column, int row, int end_column,
-                       int end_row) {
-    tile->left = 2 * column - scene->camera->last[0];
-    tile->top = scene->camera->last[1] - 2 * row;
+// TILES: the pixels of a packet.
+static Pixels pixels_of_tile(const Scene *scene, const Tile *tile, int block) {
+    int x = tile->column + block % ACROSS * ROW, y = tile->row + block / ACROSS * ROWS;
+    Pixels at = pixels_at(scene->camera, x, y);
+    if (GATHER) at = moved(at, scene->camera, tile->right, tile->up);
+    return at;
+}
+
+// TILES: whether a packet is wanted.
+static bool is_wanted(const Tile *tile, int block) {
+    return tile->column + block % ACROSS * ROW < tile->end_column &&
+           tile->row + block / ACROSS * ROWS < tile->end_row;
+}
+
+// TILES: the rays of the tile's packets, and what they meet in the list beside the tree.
+static void begin_tile(const Scene *scene, Tile *tile) {
+    tile->left = 2 * tile->column - scene->camera->last[0];
+    tile->top = scene->camera->last[1] - 2 * tile->row;
+    if (GATHER) tile->left += tile->right, tile->top += tile->up;
     for (int block = 0; block < BLOCKS; block++) {
-        int x = column + block % ACROSS * ROW, y = row + block / ACROSS * ROWS;
         Path path = {{{0}}};
-        look(scene, &path, pixels_at(scene->camera, x, y), (Draw){0});
+        look(scene, &path, pixels_of_tile(scene, tile, block), (Draw){0});
         if (ORTHOGRAPHIC || LONG_LENS || block == 0) tile->origin[block] = path.ray.origin;
         if (!ORTHOGRAPHIC || block == 0) tile->direction[block] = path.ray.direction;
         Hit hit = first_listed(scene, path.ray, (ints)(-1), ORTHOGRAPHIC);
-        if (x >= end_column || y >= end_row) hit.distance = -INFINITY;
+        if (!is_wanted(tile, block)) hit.distance = -INFINITY;
         set_hit(tile, block, hit);
     }
     find_most(tile);
 }
 
+// TILES: how far along the beam's axis what is seen may begin.
+static real end_of_tile(const Tile *tile) { return tile->most * tile->forward + tile->begin; }
+
 // TILES: what the tree has before the hits of a tile.
 static void walk_tile(const Scene *scene, Tile *tile) {
     const Tree *tree = &scene->tree;
     int stack[STACK], top = 0, e = 0;
-    real starts[STACK];
+    real starts[STACK], end = end_of_tile(tile);
     while (e >= 0) {
-        real end = tile->most * tile->forward + tile->begin;
         if (e < tree->shape.node_count) {
             wides begins;
             uint bits = boxes_in_beam(&tile->beam, tree->nodes + e, end, &begins);
@@ -265,22 +281,22 @@ static void walk_tile(const Scene *scene, Tile *tile) {
             }
         } else {
             rasterise(scene, tile, leaf_of(tree, OF_SPHERES, e));
+            end = end_of_tile(tile);
         }
         e = next_of(stack, starts, &top, end);
     }
 }
 
-// TILES: fills a tile, whose first pixel is there: what its camera rays meet first. Packets from those
-// ends on are not wanted.
-static void fill_tile(const Scene *scene, Tile *tile, int column, int row, int end_column,
-                      int end_row) {
-    begin_tile(scene, tile, column, row, end_column, end_row);
+// TILES: fills a tile, whose place is there: what its camera rays meet first.
+static void fill_tile(const Scene *scene, Tile *tile) {
+    begin_tile(scene, tile);
     if (aim_tile(scene, tile)) {
         walk_tile(scene, tile);
         return;
     }
+    bool common = !ORTHOGRAPHIC && !LONG_LENS;
     for (int block = 0; block < BLOCKS; block++)
         set_hit(tile, block,
                 nearest_in_tree(&scene->tree, OF_SPHERES, hit_of_tile(tile, block),
-                                ray_of_tile(tile, block), (ints)(-1), !ORTHOGRAPHIC && !LONG_LENS));
+                                ray_of_tile(tile, block), (ints)(-1), common));
 }

@@ -12,7 +12,7 @@ import clrt
 from clrt import reference
 from clrt.figure.rendering import Renderer
 from clrt.film import metrics
-from clrt.opencl import program, tree
+from clrt.opencl import bands, program, tree
 from clrt.opencl.tree import Plan, Tree
 from clrt.renderer.pack.features import Features
 from clrt.renderer.pack.spheres import tree_keys
@@ -81,6 +81,12 @@ def touching() -> clrt.Scene:
     return scene_of(center, radius, lights=[clrt.Light((3, 0, 2)), clrt.Light((0, 5, 0))])
 
 
+def dense() -> clrt.Scene:
+    """No pixel without a sphere, and one beside the camera that reaches behind it."""
+    center, radius = cloud(400)
+    return scene_of(np.vstack([center, [(0.5, 0, 0.99)]]), np.append(radius + 0.3, 0.38))
+
+
 def around_a_light(scene: clrt.Scene) -> clrt.Scene:
     """With a ball around a light that is out of sight: one program serves it and among_giants()."""
     spheres = clrt.Spheres.of(scene.spheres)
@@ -112,6 +118,8 @@ SCENES = {
     "glass among giants": glassy(among_giants()),
     "far light": scene_of(*cloud(300), lights=[clrt.Light((1e6, 2e6, 3e6))]),
     "biased": scene_of(*cloud(300), shadow_bias=1e-3),
+    "dense": dense(),
+    "wide angle": scene_of(*cloud(300), camera=replace(CAMERA, fov=170.0)),
 }  # fmt: skip
 
 
@@ -147,8 +155,8 @@ static ints taken_by_all(const Tree *tree, int kind, Ray ray, reals distance, Ve
 #define taken_in_tree taken_by_all
 """
 """All that a tree has, one after the other."""
-PACKETS = property(lambda features: False)
-"""Of Features.tiles: camera rays go packet by packet."""
+BEAM, PACKETS = "if (aim_tile(scene, tile)) {", "if (false) {"
+"""Of tile.cl: camera rays go through the tree packet by packet."""
 
 
 @pytest.fixture
@@ -166,12 +174,10 @@ def ways(monkeypatch: pytest.MonkeyPatch):
             monkeypatch.setattr(tree, "SPHERES_IN_BEAM", spheres)
             monkeypatch.setattr(tree, "BUDGET", budget)
             found[way] = renderer_for(device, lanes, precision).render(scene, *SIZE)
-        monkeypatch.setattr(Features, "tiles", PACKETS)
-        found["packets"] = Renderer(device=device, lanes=lanes, precision=precision).render(
-            scene, *SIZE
-        )
-        source = program.kernel_source().replace(BEFORE, BRUTE + BEFORE)
-        assert source != program.kernel_source()
+        packets = program.kernel_source().replace(BEAM, PACKETS)
+        source = packets.replace(BEFORE, BRUTE + BEFORE)
+        assert BRUTE in source
+        assert PACKETS in source
         monkeypatch.setattr(program, "kernel_source", lambda: source)
         found["the list"] = Renderer(device=device, lanes=lanes, precision=precision).render(
             scene, *SIZE
@@ -255,6 +261,18 @@ def test_regions_are_crops(device: cl.Device) -> None:
         for x0, y0, x1, y1 in ((0, 0, 1, 1), (13, 7, 58, 31), (90, 50, 97, 55)):
             part = renderer.render(scene, *SIZE, dtype=dtype, region=(x0, y0, x1, y1))
             assert (part == whole[y0:y1, x0:x1]).all()
+
+
+@pytest.mark.parametrize("samples", [1, 16])
+def test_bands_of_one_row_of_tiles_make_the_same_picture(
+    device: cl.Device, monkeypatch: pytest.MonkeyPatch, samples: int
+) -> None:
+    renderer = renderer_for(device, 16)
+    scene = replace(SCENES["among giants"], samples=samples)
+    whole = renderer.render(scene, *SIZE)
+    monkeypatch.setattr(bands, "FIRST_BAND_TESTS", 1)
+    monkeypatch.setattr(bands, "BAND_PIXELS", 1)
+    assert (renderer.render(scene, *SIZE) == whole).all()
 
 
 def test_colors_of_spheres_multiply_ambient_and_diffuse(device: cl.Device) -> None:

@@ -80,10 +80,12 @@ class Features(msgspec.Struct, frozen=True):
     def tiles(self) -> bool:
         """Whether camera rays go through the tree by tiles of pixels.
 
-        They pay as soon as there is a tree (benchmarks/NOTES.md). Samples have packets. So has a
-        single lane, as on a GPU: a work-item has no room for the 24 KB of a tile there.
+        They pay as soon as there is a tree (benchmarks/NOTES.md). Samples have packets, but the few
+        that each pixel has where edges get more. So has a single lane, as on a GPU: a work-item has
+        no room for the 24 KB of a tile there.
         """
-        return self.tree and self.lanes > 1 and not (self.gather or self.refine)
+        packets = self.refine or (self.gather and not self.hashed)
+        return self.tree and self.lanes > 1 and not packets
 
     @property
     def item(self) -> tuple[int, int]:
