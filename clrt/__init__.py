@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from clrt.figure.plot import Picture, plot
     from clrt.figure.rendering import Renderer, render
     from clrt.files.image import save
+    from clrt.files.meshes.reader import read_mesh
     from clrt.files.particles.reader import read, read_frames
     from clrt.files.scenefile import builtin_scenes, load_scene
     from clrt.files.scenewriter import save_scene
@@ -64,6 +65,7 @@ _HOMES = {
         "SceneWarning",
     ),
     "clrt.files.image": ("save",),
+    "clrt.files.meshes.reader": ("read_mesh",),
     "clrt.files.particles.reader": ("read", "read_frames"),
     "clrt.particles.particlefile": ("ParticleFile",),
     "clrt.particles.particles": ("Particles",),
@@ -132,6 +134,7 @@ __all__ = [
     "plot",
     "read",
     "read_frames",
+    "read_mesh",
     "reference",
     "render",
     "render_frame",

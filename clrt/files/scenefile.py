@@ -13,7 +13,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt import storage
-from clrt.errors import SceneError, SceneWarning
+from clrt.errors import RequestError, SceneError, SceneWarning
+from clrt.files.meshes.reader import is_mesh, read_mesh
 from clrt.files.particles.suffix import is_particles, reads_it
 from clrt.particles.particlefile import ParticleFile
 from clrt.scene.animation import Animation
@@ -40,9 +41,11 @@ LONG_KEY = re.compile(
 class MeshTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A mesh as a scene file has it."""
 
-    vertices: list[Vec3]
-    faces: list[tuple[int, int, int]]
     material: str
+    file: str | None = None
+    """From the scene file's folder. Or the following."""
+    vertices: list[Vec3] | None = None
+    faces: list[tuple[int, int, int]] | None = None
     normals: list[Vec3] | None = None
     colors: list[Vec3] | None = None
     """Linear RGB, one a vertex or one a face."""
@@ -71,6 +74,8 @@ def load_scene(source: str | Path) -> Scene:
     path = Path(source)
     if name in builtin_scenes():
         path = storage.folder("scenes") / f"{name}.toml"
+    elif path.is_file() and is_mesh(path):
+        raise SceneError(f"{name}: is a mesh, expected a scene: clrt render draws it")
     elif path.is_file() and is_particles(path):
         expected = "is a file of particles, expected a scene: clrt.plot and clrt render draw it"
         raise SceneError(f"{name}: {expected}")
@@ -83,7 +88,7 @@ def load_scene(source: str | Path) -> Scene:
         reason = getattr(error, "strerror", None) or str(error)
         raise SceneError(f"{name}: cannot be read: {reason}") from None
     try:
-        scene = parse_scene(text.decode("utf-8-sig"))
+        scene = parse_scene(text.decode("utf-8-sig"), path.parent)
         for doubt in doubts(scene):
             warnings.warn(f"{name}: {doubt}", SceneWarning, stacklevel=2)
         return _placed(scene, path.parent)
@@ -145,8 +150,9 @@ def _read(path: Path) -> bytes:
     return text
 
 
-def parse_scene(text: str) -> Scene:
-    """Makes a scene of TOML text.
+def parse_scene(text: str, folder: Path = Path()) -> Scene:
+    """Makes a scene of TOML text. Files of meshes are read, from that folder; those of particles
+    are named as in the text.
 
     Raises:
         SceneError: naming the key and what was expected.
@@ -166,7 +172,7 @@ def parse_scene(text: str) -> Scene:
     if isinstance(tables.get("lights"), list):
         tables["lights"] = [_light(table, i) for i, table in enumerate(tables["lights"])]
     if isinstance(tables.get("meshes"), list):
-        tables["meshes"] = [_mesh(table, i) for i, table in enumerate(tables["meshes"])]
+        tables["meshes"] = [_mesh(table, i, folder) for i, table in enumerate(tables["meshes"])]
     return _convert(tables, Scene, "")
 
 
@@ -200,10 +206,20 @@ def _light(table: Any, i: int) -> Any:
     return {**table, "type": kind}
 
 
-def _mesh(table: Any, i: int) -> Mesh:
+def _mesh(table: Any, i: int, folder: Path) -> Mesh:
     """The mesh of a table."""
     where = f"meshes[{i}]"
     given = _convert(table, MeshTable, where)
+    if given.file is not None:
+        for key in ("vertices", "faces", "normals", "colors"):
+            if getattr(given, key) is not None:
+                raise SceneError(f"{where}.{key}: expected none beside file")
+        try:
+            return read_mesh(folder / given.file, given.material, given.shading)
+        except RequestError as error:
+            raise SceneError(f"{where}.file: {error}") from None
+    if given.vertices is None or given.faces is None:
+        raise SceneError(f"{where}: expected file, or vertices and faces")
     try:
         return Mesh(
             np.array(given.vertices).reshape(-1, 3),

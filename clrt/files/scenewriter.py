@@ -13,21 +13,27 @@ from msgspec.structs import fields, replace
 
 from clrt.errors import RequestError
 from clrt.files.image import check_file, written_whole
+from clrt.files.meshes.ply import NORMALS
 from clrt.film import color
 from clrt.particles.particlefile import ParticleFile
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere, Spheres
+from clrt.values import Array
 
 NUMBERS = re.compile(r"\[\s+((?:[-+.\w]+,\s+)+)\]")
 """A list of numbers, one a line, as tomli_w has them."""
+
+
+INLINE_FACES = 100
+"""Meshes of more faces go into files of their own."""
 
 
 def save_scene(path: str | Path, scene: Scene) -> None:
     """Writes a scene file. Rendered at the same size and precision it gives the same picture.
 
     Files of particles stay where they are, and the scene names them from its folder. Many spheres
-    (clrt.Spheres) go into an .npz file of the same name beside it.
+    (clrt.Spheres) go into an .npz file of the same name beside it, large meshes into .ply files.
 
     Raises:
         RequestError: the name does not end in .toml, or the file cannot be there.
@@ -46,11 +52,59 @@ def save_scene(path: str | Path, scene: Scene) -> None:
         material = (spheres.names or ("",))[0]
         placed.insert(0, ParticleFile(arrays.name, material=material, opacity=opacity))
         spheres = ()
-    text = NUMBERS.sub(
-        _one_line, tomli_w.dumps(_plain(replace(scene, spheres=spheres, particles=placed)))
-    )
+    tables = _plain(replace(scene, spheres=spheres, particles=placed, meshes=()))
+    if scene.meshes:
+        tables["meshes"] = [_mesh(path, k, mesh) for k, mesh in enumerate(scene.meshes)]
+    text = NUMBERS.sub(_one_line, tomli_w.dumps(tables))
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8")
+
+
+def _mesh(path: Path, k: int, mesh: Mesh) -> dict[str, Any]:
+    """The table of a scene's mesh k. A large one goes into a file beside the scene's."""
+    looks = {"material": mesh.material, "shading": mesh.shading}
+    if len(mesh) > INLINE_FACES and (content := _ply(mesh)) is not None:
+        file = path.with_suffix(f".{k}.ply")
+        check_file(file)
+        with written_whole(file) as beside:
+            beside.write_bytes(content)
+        return {"file": file.name, **looks}
+    arrays = {key: getattr(mesh, key) for key in ("vertices", "faces", "normals", "colors")}
+    return {key: one.tolist() for key, one in arrays.items() if one is not None} | looks
+
+
+def _ply(mesh: Mesh) -> bytes | None:
+    """A binary .ply file that is read as this mesh, to the bit; None if there is none."""
+    srgb = None if mesh.colors is None else _srgb(mesh.colors)
+    if mesh.colors is not None and srgb is None:
+        return None
+    vertices: list[tuple[Sequence[str], Array]] = [("xyz", mesh.vertices)]
+    if mesh.normals is not None:
+        vertices.append((NORMALS, mesh.normals))
+    faces: list[tuple[Sequence[str], Array]] = []
+    if srgb is not None:
+        (vertices if mesh.has_vertex_colors else faces).append((("red", "green", "blue"), srgb))
+    lengths = np.full(len(mesh), 3, np.uint8)
+    header, parts = ["ply", "format binary_little_endian 1.0"], []
+    for element, rows, given in (
+        ("vertex", len(mesh.vertices), vertices),
+        ("face", len(mesh), [(("",), lengths), (("vertex_indices",), mesh.faces), *faces]),
+    ):
+        header.append(f"element {element} {rows}")
+        fields = [
+            (str(k), array.dtype.newbyteorder("<"), array.shape[1:])
+            for k, (_, array) in enumerate(given)
+        ]
+        table = np.empty(rows, fields)
+        for k, (names, array) in enumerate(given):
+            table[str(k)] = array
+            if array is mesh.faces:
+                header.append("property list uchar int vertex_indices")
+            elif array is not lengths:
+                kind = "float" if array.dtype == np.float32 else "double"
+                header += [f"property {kind} {name}" for name in names]
+        parts.append(table.tobytes())
+    return "\n".join([*header, "end_header\n"]).encode() + b"".join(parts)
 
 
 def check_scene(path: Path) -> None:
@@ -78,11 +132,16 @@ def _columns(spheres: Spheres) -> dict[str, Any] | None:
         columns["opacity"] = spheres.opacity
     if spheres.color is None:
         return columns
+    srgb = _srgb(spheres.color)
+    return None if srgb is None else columns | {"colors": srgb}
+
+
+def _srgb(colors: Array) -> Array | None:
+    """Colours as files have them that are read as these, to the bit; None if there are none."""
     with np.errstate(invalid="ignore"):
-        srgb = color.to_srgb_and_back(spheres.color.astype(np.float64))
-        inside = ((srgb >= 0) & (srgb <= 1)).all()
-    same = inside and np.array_equal(color.linear(srgb), spheres.color)
-    return columns | {"colors": srgb} if same else None
+        found = color.to_srgb_and_back(colors.astype(np.float64))
+        inside = ((found >= 0) & (found <= 1)).all()
+    return found if inside and np.array_equal(color.linear(found), colors) else None
 
 
 def _plain(value: Any) -> Any:
@@ -95,12 +154,6 @@ def _plain(value: Any) -> Any:
             if given is not None and not _is_default(field, given):
                 table[field.name] = _plain(given)
         return table
-    if isinstance(value, Mesh):
-        keys = ("vertices", "faces", "normals", "colors", "material", "shading")
-        given = {key: getattr(value, key) for key in keys}
-        return {key: _plain(one) for key, one in given.items() if one is not None}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
     if isinstance(value, dict):
         return {name: _plain(one) for name, one in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):

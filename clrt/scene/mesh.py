@@ -4,6 +4,7 @@ H. Gouraud, Continuous shading of curved surfaces, IEEE Trans. Comput. C-20 (197
 B. T. Phong, Illumination for computer generated pictures, CACM 18 (1975).
 """
 
+import copy
 import warnings
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -59,9 +60,7 @@ class Mesh:
         self.colors = _rows_of("colors", colors, (n, given), "one a vertex or one a face")
         require(isinstance(material, str), "material", "a material's name", material)
         self.material = material
-        known = shading is None or shading in SHADINGS
-        require(known, "shading", "'flat', 'gouraud' or 'phong'", shading)
-        self.shading: Shading = shading or ("flat" if normals is None else "phong")
+        self.shading: Shading = _shading(shading) or ("flat" if normals is None else "phong")
         areas = self._drop_degenerate(_doubled_areas(self.vertices, self.faces))
         closed = len(self.faces) > 0 and _is_closed(self.vertices, self.faces)
         volume = _volume(self.vertices, self.faces, areas) if closed else 0.0
@@ -85,6 +84,19 @@ class Mesh:
             self.colors = frozen(self.colors[kept])
         self.faces = frozen(self.faces[kept])
         return areas[:, kept]
+
+    def made_of(self, material: str, shading: Shading | None = None) -> "Mesh":
+        """It of another material, and shaded otherwise if that is given.
+
+        Raises:
+            SceneError: there is no such shading.
+        """
+        shading = _shading(shading) or self.shading
+        if (material, shading) == (self.material, self.shading):
+            return self
+        found = copy.copy(self)
+        found.material, found.shading = material, shading
+        return found
 
     @property
     def has_vertex_colors(self) -> bool:
@@ -177,6 +189,16 @@ def path_tokens(meshes: Sequence[Mesh], first: int) -> Array:
             some ^= (sides @ [1, 1 << 8, 1 << 16] * 0x9E3779B1).astype(np.uint32)
         start += len(mesh)
     return found
+
+
+def _shading(given: Shading | None) -> Shading | None:
+    """
+    Raises:
+        SceneError: there is no such shading.
+    """
+    known = given is None or given in SHADINGS
+    require(known, "shading", "'flat', 'gouraud' or 'phong'", given)
+    return given
 
 
 def _indices(given: ArrayLike, n: int) -> Array:

@@ -40,6 +40,8 @@ class Element(NamedTuple):
     rows: int
     kinds: dict[str, str]
     """Those of NumPy by the columns' names; "" for a list, whose size nobody knows."""
+    lists: dict[str, tuple[str, str]]
+    """Those of a list's length and of what is in it."""
 
 
 def read(lines: Lines) -> Particles:
@@ -49,28 +51,43 @@ def read(lines: Lines) -> Particles:
         SceneError: naming file, line or row, and what was expected.
         OutputError: they do not fit into memory.
     """
-    form, elements = _header(lines)
+    form, elements = header(lines)
     at = next((i for i, element in enumerate(elements) if element.name == "vertex"), None)
     if at is None:
         raise lines.error("an element vertex before", "end_header")
     before, vertices = elements[:at], elements[at]
     if "" in vertices.kinds.values():
         raise lines.error("vertices without lists before", "end_header")
-    source = str(lines.path)
     if form == "ascii":
         lines.skip(sum(element.rows for element in before))
-        kinds = {name: kind if kind[0] == "f" else "i8" for name, kind in vertices.kinds.items()}
-        columns = [Column(name, kind) for name, kind in kinds.items()]
-        read, line_of = table(lines, columns, vertices.rows)
-        for name, kind in vertices.kinds.items():
-            read[name] = _fitting(read[name], name, kind, source, line_of)
-        return _drawn(read, source, elements, line_of)
-    if any("" in element.kinds.values() for element in before):
-        raise lines.error("no lists before the vertices", "end_header")
-    for element in before:
-        lines.file.seek(element.rows * _dtype(form, element).itemsize, os.SEEK_CUR)
-    rows = _rows(lines, vertices.rows, _dtype(form, vertices))
-    return _drawn({name: rows[name] for name in vertices.kinds}, source, elements, None)
+    else:
+        if any("" in element.kinds.values() for element in before):
+            raise lines.error("no lists before the vertices", "end_header")
+        for element in before:
+            lines.file.seek(element.rows * _dtype(form, element).itemsize, os.SEEK_CUR)
+    columns, line_of = columns_of(lines, form, vertices)
+    return _drawn(columns, str(lines.path), elements, line_of)
+
+
+def columns_of(
+    lines: Lines, form: str, element: Element
+) -> tuple[dict[str, Array], Callable[[int], int] | None]:
+    """The columns of an element without lists, which comes next, and, of text, the number of a
+    row's line.
+
+    Raises:
+        SceneError: naming file, line or row, and what was expected.
+        OutputError: they do not fit into memory.
+    """
+    if form != "ascii":
+        rows = _rows(lines, element.rows, _dtype(form, element))
+        return {name: rows[name] for name in element.kinds}, None
+    kinds = {name: kind if kind[0] == "f" else "i8" for name, kind in element.kinds.items()}
+    asked = [Column(name, kind) for name, kind in kinds.items()]
+    found, line_of = table(lines, asked, element.rows)
+    for name, kind in element.kinds.items():
+        found[name] = _fitting(found[name], name, kind, str(lines.path), line_of)
+    return found, line_of
 
 
 def _fitting(
@@ -141,7 +158,7 @@ def _dtype(form: str, element: Element) -> "np.dtype[Any]":
     return np.dtype([(name, ORDERS[form] + kind) for name, kind in element.kinds.items()])
 
 
-def _header(lines: Lines) -> tuple[str, list[Element]]:
+def header(lines: Lines) -> tuple[str, list[Element]]:
     """The format, and the elements in their order."""
     if (line := lines.line()) != "ply":
         raise lines.error("'ply'", line)
@@ -154,9 +171,10 @@ def _header(lines: Lines) -> tuple[str, list[Element]]:
                 pass
             case ["element", name, count]:
                 least = 6 if name == "vertex" else 0
-                elements.append(Element(name, lines.count(count, least), {}))
-            case ["property", "list", _, _, name] if elements:
+                elements.append(Element(name, lines.count(count, least), {}, {}))
+            case ["property", "list", length, kind, name] if elements:
                 _add(lines, elements[-1], name, "")
+                elements[-1].lists[name] = KINDS.get(length, ""), KINDS.get(kind, "")
             case ["property", kind, name] if elements and kind in KINDS:
                 _add(lines, elements[-1], name, KINDS[kind])
             case ["property", kind, _] if elements:

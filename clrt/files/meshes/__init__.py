@@ -1,0 +1,1 @@
+"""Meshes of files and of other libraries' objects."""
