@@ -1,11 +1,17 @@
 """python -m benchmarks: speed beside error, on this machine."""
 
+import json
+import subprocess
+import sys
+import time
+
 import click
 
 from benchmarks import (
     accuracy,
     animation,
     features,
+    harness,
     many,
     peers,
     readme,
@@ -42,6 +48,45 @@ main.add_command(speed.command)
 main.add_command(targets.command)
 main.add_command(view.command)
 main.add_command(visibility.command)
+
+PARTS = [name for name in main.commands if name != "readme"]
+
+
+@main.command("all")
+@click.pass_obj
+def every(quick: bool) -> None:
+    """All parts, one after the other, and then the tables of README.md and docs/.
+
+    It goes on where it was stopped: a part whose figures are of this version and this CPU stays. It
+    says how long the parts took when they were last measured.
+    """
+    times = harness.RESULTS / "seconds.json"
+    seconds: dict[str, float] = json.loads(times.read_text()) if times.exists() else {}
+    parts = [part for part in PARTS if quick or not is_of_today(part)]
+    minutes = round(sum(seconds.get(part, 0.0) for part in parts) / 60)
+    unknown = [part for part in parts if part not in seconds]
+    click.echo(f"{len(parts)} of {len(PARTS)} parts, about {minutes} minutes", nl=False)
+    click.echo(f", and nobody knows of {', '.join(unknown)}" if unknown else "")
+    for part in parts:
+        started = time.monotonic()
+        subprocess.run(
+            [sys.executable, "-m", "benchmarks", *(["--quick"] if quick else []), part], check=True
+        )
+        seconds[part] = round(time.monotonic() - started)
+        if not quick:
+            times.write_text(json.dumps(seconds, indent=1, sort_keys=True) + "\n")
+    if not quick:
+        subprocess.run([sys.executable, "-m", "benchmarks", "readme"], check=True)
+
+
+def is_of_today(part: str) -> bool:
+    """Whether a part's figures are of this version and this CPU."""
+    path = harness.RESULTS / f"{part}.json"
+    if not path.exists():
+        return False
+    measured, here = json.loads(path.read_text())["machine"], harness.machine()
+    return all(measured[key] == here[key] for key in ("clrt", "cpu", "device"))
+
 
 if __name__ == "__main__":
     main()
