@@ -10,17 +10,20 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 import clrt
-from benchmarks import harness, many
+from benchmarks import harness, jupyter, many
 from benchmarks.chromium import Chromium, Page
+from clrt.figure import compose
+from clrt.figure.compose import Look
 from clrt.scene.scene import Scene
 from clrt.viewer.server import View
 from clrt.viewer.session import Session
@@ -79,13 +82,24 @@ def molecule() -> Scene:
     return many.scene_of(many.molecule(100_000), 1)
 
 
-SCENES = {"four-spheres": lambda: clrt.load_scene("four-spheres"), "10⁵ atoms": molecule}
+def gas() -> Scene:
+    """3,000 spheres, as BOOK has them."""
+    random = np.random.default_rng(1)
+    particles = clrt.Particles(random.uniform(0, 15, (3000, 3)), radii=0.5)
+    return compose.scene(particles, Look())
+
+
+SCENES: dict[str, Callable[[], Scene]] = {
+    "four-spheres": lambda: clrt.load_scene("four-spheres"),
+    "10⁵ atoms": molecule,
+}
+OTHERS = SCENES | {"3,000 spheres": gas}
 
 
 def serve(name: str, told: Connection) -> None:
     """Shows a scene until it is interrupted."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-    scene = SCENES[name]()
+    scene = OTHERS[name]()
     subject = Subject((name,), lambda frame: scene)
     with clrt.Renderer() as renderer:
         view = View(renderer, lambda: Session(subject), name)
@@ -107,13 +121,15 @@ def shown(name: str) -> Iterator[str]:
         process.join()
 
 
-def wander(page: Page, seconds: float, buttons: int) -> float:
+def wander(
+    page: Page, seconds: float, buttons: int, start: tuple[float, float] = (700, 500)
+) -> float:
     """Moves the pointer to the right, again and again; returns how long it took."""
     left: dict[str, Any] = {"button": "left" if buttons else "none", "buttons": buttons}
     started = due = time.perf_counter()
     while due < started + seconds:
         step = round((due - started) / EVENTS)
-        page.mouse("Moved", 700 + 4 * (step % 120), 500 + step % 7, **left)
+        page.mouse("Moved", start[0] + 4 * (step % 120), start[1] + step % 7, **left)
         due += EVENTS
         time.sleep(max(due - time.perf_counter(), 0))
     return time.perf_counter() - started
@@ -167,6 +183,65 @@ def figures(
     }
 
 
+PICTURES = "document.addEventListener('picture', ({ detail }) => (window.seen ??= []).push(detail))"
+BOOK = """import clrt, numpy as np
+random = np.random.default_rng(1)
+clrt.show(clrt.Particles(random.uniform(0, 15, (3000, 3)), radii=0.5))"""
+CANVAS = "document.querySelector('.clrt-view canvas')"
+FINAL = "(window.seen?.at(-1) ?? {}).final"
+
+
+def fluency(page: Page, seconds: float) -> dict[str, Any]:
+    """Pictures a second while the pointer goes round, and what takes their time."""
+    page.value(PICTURES)
+    x, y, wide, high = page.value(
+        f"(b => [b.x + b.width / 2, b.y + b.height / 2, b.width, b.height])"
+        f"({CANVAS}.getBoundingClientRect())"
+    )
+    left: dict[str, Any] = {"button": "left", "buttons": 1, "clickCount": 1}
+    page.mouse("Pressed", x, y, **left)
+    wander(page, 1.0, 1, (x, y))
+    page.value("window.seen = []")
+    took = wander(page, seconds, 1, (x, y))
+    seen = [each for each in page.value("window.seen") if each["moves"]]
+    page.mouse("Released", x, y, **left)
+    page.wait(FINAL)
+    return {
+        "canvas": (round(wide), round(high)),
+        "size": statistics.mode(tuple(picture["size"]) for picture in seen),
+        "fps": len(seen) / took,
+        "render": statistics.median(picture["render"] for picture in seen),
+        "encode": statistics.median(picture["encode"] for picture in seen),
+    }
+
+
+def measure_notebook(browser: Chromium, folder: Path, seconds: float) -> dict[str, dict[str, Any]]:
+    """3,000 spheres in JupyterLab, and in the page with a canvas of the same size."""
+    found = {}
+    jupyter.written(folder / "book.ipynb", [BOOK])
+    with jupyter.served(folder, "lab") as address:
+        page = browser.open("about:blank")
+        page.resize(1300, 800)
+        page.do("Page.navigate", url=address)
+        jupyter.opened(page)
+        jupyter.run(page, 0)
+        page.wait("document.querySelector('.clrt-view button[name=save]:enabled') !== null", 60)
+        found["JupyterLab"] = fluency(page, seconds)
+        page.close()
+    wide, high = found["JupyterLab"]["canvas"]
+    with shown("3,000 spheres") as address:
+        page = browser.open(address)
+        page.resize(wide, high)
+        page.wait("document.querySelector('button[name=save]:enabled') !== null", 60)
+        bar = page.value(f"innerHeight - {CANVAS}.clientHeight")
+        page.resize(wide, high + bar)
+        page.wait(f"{CANVAS}.clientHeight === {high}")
+        page.wait("document.querySelector('button[name=save]:enabled') !== null", 60)
+        found["the page"] = fluency(page, seconds)
+        page.close()
+    return found
+
+
 @click.command("view")
 @click.pass_obj
 def command(quick: bool) -> None:
@@ -175,8 +250,24 @@ def command(quick: bool) -> None:
     with tempfile.TemporaryDirectory() as profile, Chromium(Path(profile), SIZE) as browser:
         for name in SCENES:
             found[name] = measure(browser, name, 1.0 if quick else 8.0)
-    print(table(found))
-    harness.record(harness.results_folder(quick), "view", {"canvas": SIZE, "scenes": found})
+        beside = measure_notebook(browser, Path(profile), 1.0 if quick else 6.0)
+    print(table(found), fluent(beside), sep="\n\n")
+    record = {"canvas": SIZE, "scenes": found, "beside": beside}
+    harness.record(harness.results_folder(quick), "view", record)
+
+
+def fluent(found: dict[str, dict[str, Any]]) -> str:
+    """Pictures a second in JupyterLab and in the page."""
+    rows = [
+        [
+            name,
+            *("x".join(map(str, each[key])) for key in ("canvas", "size")),
+            *(f"{each['fps']:.0f}", f"{1e3 * each['render']:.1f}", f"{1e3 * each['encode']:.1f}"),
+        ]
+        for name, each in found.items()
+    ]
+    head = ("3,000 spheres", "canvas", "most are", "a second", "render, ms", "encode, ms")
+    return harness.table(head, rows)
 
 
 def table(found: dict[str, dict[str, Any]]) -> str:

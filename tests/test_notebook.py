@@ -132,10 +132,18 @@ def test_marimo(page: Page) -> None:
 
 CELLS = [
     "import clrt\nclrt.show('four-spheres')",
+    "clrt.show(clrt.Particles([[0, 0, 0], [1, 0, 0]], radii=0.6))",
+    "import gc, threading, resource\ngc.collect()\nprint(threading.active_count(), sum("
+    "1 for each in gc.get_objects() if type(each).__name__ == 'Session'), flush=True)",
     "import sys, time\nfor _ in range(8):\n    print('x' * 1_000_000); time.sleep(0.1)",
 ]
 CELL_COUNT = "document.querySelectorAll('.jp-Cell').length"
 IN_JUPYTER = f"!!{jupyter.VIEW}?.querySelector('button[name=save]:enabled')"
+BOTH = "document.querySelectorAll('.clrt-view button[name=save]:enabled').length === 2"
+PRINTED = (
+    "[...document.querySelectorAll('.jp-OutputArea-output pre')].map(e => e.textContent.trim())"
+    ".find(text => /^\\d+ \\d+$/.test(text)) ?? ''"
+)
 CANVAS = f"{jupyter.VIEW}.querySelector('canvas')"
 STATUS = f"{jupyter.VIEW}.querySelector('[role=status]').value"
 
@@ -180,8 +188,19 @@ def test_jupyter(book: Page) -> None:
         book.key(key)
     assert book.value(CELL_COUNT) == before
     book.wait(IN_JUPYTER)
-    # jupyter_server drops pictures while a cell prints much.
+    # Two canvases: each is drawn, and run again five times they leave nothing behind.
     jupyter.run(book, 1)
+    book.wait(BOTH, 60)
+    jupyter.run(book, 2)
+    before = book.wait(PRINTED)
+    for _ in range(5):
+        jupyter.run(book, 1)
+        book.wait(BOTH, 60)
+    book.value("document.querySelectorAll('.jp-OutputArea-output pre').forEach(e => e.remove())")
+    jupyter.run(book, 2)
+    assert book.wait(PRINTED) == before
+    # jupyter_server drops pictures while a cell prints much.
+    jupyter.run(book, 3)
     for step in range(40):
         book.drag((x, y), (x + 10, y + step % 3))
         book.value("new Promise(done => setTimeout(done, 50))")

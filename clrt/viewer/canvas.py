@@ -2,6 +2,7 @@
 
 import asyncio
 import contextvars
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -26,16 +27,18 @@ def _text(*names: str) -> str:
 
 
 class Canvas(anywidget.AnyWidget):
-    """A subject on as many views as a notebook has of it; each has a session of its own."""
+    """A subject on as many views as a notebook has of it; each has a session of its own. Without
+    views it keeps none: a notebook never lets go of what a cell has shown."""
 
     _esm = _text("view.js", "widget.js")
     _css = _text("view.css")
 
-    def __init__(self, subject: Subject, samples: int | None) -> None:
-        """Raises RuntimeError: there is no event loop, as a notebook has."""
+    def __init__(self, make: Callable[[], Subject], samples: int | None) -> None:
+        """Raises RuntimeError: there is no event loop, as a notebook has; and what `make` does."""
         loop = asyncio.get_running_loop()
         super().__init__()
-        self._subject, self._samples = subject, samples
+        self._make, self._samples = make, samples
+        self._subject: Subject | None = make()
         self._painters: dict[str, Painter] = {}
         # The notebook's own thread sends, as from the cell that made this.
         self._loop, self._context = loop, contextvars.copy_context()
@@ -48,6 +51,8 @@ class Canvas(anywidget.AnyWidget):
             self._open(view)
         elif message is False:
             self._painters.pop(view).close()
+            if not self._painters:
+                self._subject = None
         elif (painter := self._painters.get(view)) is not None:
             painter.tell(msgspec.convert(message, Change | Pick | Shown))
 
@@ -56,6 +61,7 @@ class Canvas(anywidget.AnyWidget):
             content = {"view": view, "header": header}
             self._loop.call_soon_threadsafe(self.send, content, [file], context=self._context)
 
+        self._subject = self._subject or self._make()
         session = Session(self._subject, self._samples)
         send({"about": session.about}, b"")
         self._painters[view] = Painter(_stage(), session, send).start()

@@ -1,5 +1,6 @@
 """Notebook: a scene, or particles, on a canvas among the cells."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ def show(scene: Any, *, samples: int | None = None) -> "Canvas":
     except ModuleNotFoundError as error:
         raise RequestError(f"show needs {error.name}: pip install anywidget") from None
     try:
-        return Canvas(_subject(scene), samples)
+        return Canvas(partial(_subject, scene), samples)
     except RuntimeError:
         raise RequestError("show: expected to be called in a notebook; else: clrt view") from None
 

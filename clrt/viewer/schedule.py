@@ -11,7 +11,9 @@ REST = 0.15
 """From the last change on it is at rest."""
 AHEAD = 2
 """Pictures at rest that are under way at a time: one is rendered while one is encoded and sent. Of
-those that move there is one, of the newest change."""
+those that move there is one, of the newest change; more of them would come later."""
+FAR = 3
+"""Those that move where the line is long, as in a notebook: so many as come in the time of one."""
 FLUENT = 1 / 30
 """Between two pictures that move."""
 SHARP = 0.012
@@ -99,6 +101,7 @@ class Schedule:
         self._lost: set[int] = set()  # their numbers
         self._shown = 0.0  # when the last one was
         self._pace = Pace()
+        self._line = 0.0  # how long a picture is on its way, beside being rendered and encoded
 
     def change(self, now: float, samples: int) -> None:
         """samples: of the last picture at rest."""
@@ -114,7 +117,8 @@ class Schedule:
         """The task that is due, or how long until it is; None: until something happens."""
         forgotten = self._forget(now)
         alike = sum(task.moves == self.moves for task, _ in self._under_way.values())
-        if alike >= (1 if self.moves else AHEAD) or not (self.moves or self._steps):
+        most = min(1 + int(self._line / FLUENT), FAR) if self.moves else AHEAD
+        if alike >= most or not (self.moves or self._steps):
             return forgotten
         if not self.moves and now < self._changed + REST:
             return self._changed + REST - now
@@ -175,6 +179,7 @@ class Schedule:
         self._losses = 0
         if task is not None and task.moves:
             waited = now - max(begun, self._shown)  # for this one alone
+            self._line = (self._line + max(now - begun - busy, 0.0)) / 2
             load = max(busy, waited) / FLUENT
             self._pace.took(task.scale, max(load, busy / SHARP) if task.scale > 0.5 else load)
         self._shown = now

@@ -58,9 +58,9 @@ const CLICK = 4; // pixels that a pointer may move in a click
 const TWICE = 400; // milliseconds between two clicks
 const STEP = 1 / 36; // of the picture's height that an arrow key moves
 
-// root: an element that becomes the view. send: takes a message.
-// Returns what takes a header and a file, as they come.
-export function view(root, send) {
+// root: an element that becomes the view. send: takes a message. pause: milliseconds between two
+// messages of what is dragged, at least. Returns what takes a header and a file, as they come.
+export function view(root, send, pause = 0) {
   root.classList.add("clrt-view");
   root.innerHTML = MARKUP;
   const [canvas, over] = root.querySelectorAll("canvas");
@@ -78,7 +78,24 @@ export function view(root, send) {
   let frames = 1, fps = 30;
   let width = 0, height = 0; // of the picture: the canvas has the pixels of the screen
 
+  let dragged = null; // what was not said yet
+  let said = 0; // when something was
+  function drag(what, x, y) {
+    if (dragged?.do !== what) tell();
+    dragged ??= { do: what, x: 0, y: 0, later: setTimeout(tell, Math.max(said + pause - performance.now(), 0)) };
+    [dragged.x, dragged.y] = [dragged.x + x, dragged.y + y];
+    if (performance.now() >= said + pause) tell();
+  }
+  function tell() {
+    if (!dragged) return;
+    const { later, ...message } = dragged;
+    dragged = clearTimeout(later) ?? null;
+    said = performance.now();
+    change(message);
+  }
+
   function change(message) {
+    tell();
     changes += 1;
     final = null;
     for (const button of ["save", "command", "toml"]) form[button].disabled = true;
@@ -223,7 +240,7 @@ export function view(root, send) {
     const other = [...held].find(([id]) => id !== event.pointerId)?.[1];
     const [start, end] = other ? [between(last, other), between(here, other)] : [last, here];
     const [x, y] = [end[0] - start[0], end[1] - start[1]];
-    if (x || y) change({ do: other || event.shiftKey ? "pan" : "turn", x, y });
+    if (x || y) drag(other || event.shiftKey ? "pan" : "turn", x, y);
     if (other) zoom(apart(here, other) / Math.max(apart(last, other), 1), ...end);
   });
   canvas.addEventListener("pointerup", (event) => {
@@ -286,7 +303,7 @@ export function view(root, send) {
     event.preventDefault();
     if (does) return does();
     const [x, y] = way.map((step) => step * STEP * height);
-    change({ do: event.shiftKey ? "pan" : "turn", x, y });
+    drag(event.shiftKey ? "pan" : "turn", x, y);
   };
   root.addEventListener("focusin", () => addEventListener("keydown", keyed, true));
   root.addEventListener("focusout", () => removeEventListener("keydown", keyed, true));

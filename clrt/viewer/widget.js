@@ -2,7 +2,7 @@
 // In a notebook: a view at the end of a widget's model. There can be several of one model.
 
 const GONE = ["comm_live_update", "comm:close"]; // of a model
-const PATIENCE = 5000; // milliseconds
+const PATIENCE = 5000, PAUSE = 25; // milliseconds: each message takes some of Jupyter's own
 
 function render({ model, el }) {
   const root = document.createElement("div");
@@ -19,7 +19,7 @@ function render({ model, el }) {
     model.send({ view: name, message });
     if (gone) leave();
     else if (message.do !== "shown") waits ||= setTimeout(doubt, PATIENCE);
-  });
+  }, PAUSE);
   const doubt = () => receive({ error: "no answer: the kernel is busy, or gone: run the cell again" });
   const take = ({ view: whose, header }, [file]) => {
     const type = header.final ? "image/png" : "image/jpeg";
