@@ -83,12 +83,13 @@ static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
     return hit;
 }
 
-// TREE: the surfaces that the packet's lanes have hit, each a bead of its own. material: their indices,
+// TREE: the surfaces that the packet's lanes have hit, each a bead of its own, or from first_capsule on
+// a capsule, where it is as a bead at its axis. material: their indices,
 // -1 where a lane has hit none.
 static Surface surface_of_beads(Vector point, ints hit, __global const Bead *beads,
                                 __global const int *materials_of,
                                 __global const Material *materials, __global const Glass *glass,
-                                real shadow_bias, ints *material) {
+                                real shadow_bias, const CapsuleList *capsules, ints *material) {
     __private const INTEGER *sphere = EACH_INT(hit);
     __private reals own[4] = {0, 0, 0, 1}, exponents[1] = {0}, reflections[1] = {0};
     __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
@@ -96,7 +97,11 @@ static Surface surface_of_beads(Vector point, ints hit, __global const Bead *bea
     __private ints indices[1] = {-1}, orders[1] = {0};
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
-        put_bead(own, i, beads + sphere[i]);
+        if (CAPSULES && sphere[i] >= capsules->first) {
+            put_capsule(own, i, capsules->each + (sphere[i] - capsules->first), &point);
+        } else {
+            put_bead(own, i, beads + sphere[i]);
+        }
         int index = materials_of[sphere[i]];
         __global const Material *its = materials + index;
         EACH_INT(indices)[i] = index;

@@ -121,37 +121,80 @@ __kernel void split(__global float4 *keys, __global int *order, long n, int root
             }
 }
 
-// TREE: the leaves of the lowest nodes and the boxes around them. beads: camera space. A bead whose radius
-// is NaN is in the list beside the tree.
-__kernel void fit_leaves(__global const int *order, __global const Bead *beads, long n, int root,
-                         int levels, int leaf_count, __global Leaf *leaves, __global Node *nodes,
-                         int lowest) {
+// The box around what is in a leaf.
+typedef struct {
+    real lo[3], hi[3];
+} Box;
+
+// TREE: a box that holds a ball as well.
+static void hold(Box *box, const real *center, real radius) {
+    for (int a = 0; a < 3; a++) {
+        box->lo[a] = fmin(box->lo[a], center[a] - radius);
+        box->hi[a] = fmax(box->hi[a], center[a] + radius);
+    }
+}
+
+// TREE: puts a bead into place j of a leaf; 0: there is none.
+static void put_bead_into(__global Leaf *leaf, int j, int id, __global const Bead *bead, Box *box) {
+    real center[3] = {NAN, NAN, NAN}, radius = NAN;
+    if (bead) {
+        for (int a = 0; a < 3; a++) center[a] = bead->center[a];
+        radius = bead->radius;
+        hold(box, center, radius);
+    }
+    leaf->id[j] = bead ? id : -1;
+    leaf->radius[j] = radius;
+    for (int a = 0; a < 3; a++) leaf->center[a][j] = center[a];
+}
+
+// CAPSULES: puts a capsule into place j of a leaf; 0: there is none.
+static void put_capsule_into(__global CapsuleLeaf *leaf, int j, int id,
+                             __global const Capsule *capsule, Box *box) {
+    real start[3] = {NAN, NAN, NAN}, axis[3] = {NAN, NAN, NAN}, end[3];
+    if (capsule) {
+        for (int a = 0; a < 3; a++) {
+            start[a] = capsule->start[a], axis[a] = capsule->axis[a];
+            end[a] = start[a] + capsule->length * axis[a];
+        }
+        hold(box, start, capsule->radius);
+        hold(box, end, capsule->radius);
+    }
+    leaf->id[j] = capsule ? id : -1;
+    leaf->radius[j] = capsule ? capsule->radius : (real)NAN;
+    leaf->length[j] = capsule ? capsule->length : (real)NAN;
+    for (int a = 0; a < 3; a++) leaf->start[a][j] = start[a], leaf->axis[a][j] = axis[a];
+}
+
+// TREE: the leaves of the lowest nodes and the boxes around them. things: of a kind, camera space. One
+// whose radius is NaN is left out: such a bead is in the list beside the tree. first: the id of the
+// first of them.
+__kernel void fit_leaves(__global const int *order, int kind, __global const void *things, long n,
+                         int root, int levels, int leaf_count, __global void *leaves,
+                         __global Node *nodes, int lowest, int first_id) {
     Plan plan = {root, levels, leaf_count};
     long count = (long)plan.root << (4 * plan.levels);
     for (long i = get_global_id(0); i < count; i += get_global_size(0)) {
         __global Node *node = nodes + lowest + i;
         for (int k = 0; k < WIDE; k++) {
-            real lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+            Box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
             if (k < plan.leaves) {
                 long l = i * plan.leaves + k, first = first_sphere(plan, n, l);
                 long end = first_sphere(plan, n, l + 1);
-                __global Leaf *leaf = leaves + l;
                 for (int j = 0; j < WIDE; j++) {
-                    int id = first + j < end ? order[first + j] : -1;
-                    bool there = id >= 0 && beads[id].radius > 0;
-                    real radius = there ? beads[id].radius : (real)NAN;
-                    leaf->id[j] = there ? id : -1;
-                    leaf->radius[j] = radius;
-                    for (int a = 0; a < 3; a++) {
-                        real center = there ? beads[id].center[a] : (real)NAN;
-                        leaf->center[a][j] = center;
-                        if (!there) continue;
-                        lo[a] = fmin(lo[a], center - radius);
-                        hi[a] = fmax(hi[a], center + radius);
+                    long place = first + j < end ? order[first + j] : -1;
+                    int id = first_id + place;
+                    if (CAPSULES && kind == OF_CAPSULES) {
+                        __global const Capsule *one = (__global const Capsule *)things + place;
+                        put_capsule_into((__global CapsuleLeaf *)leaves + l, j, id,
+                                         place >= 0 && one->radius > 0 ? one : 0, &box);
+                    } else {
+                        __global const Bead *one = (__global const Bead *)things + place;
+                        put_bead_into((__global Leaf *)leaves + l, j, id,
+                                      place >= 0 && one->radius > 0 ? one : 0, &box);
                     }
                 }
             }
-            for (int a = 0; a < 3; a++) node->lo[a][k] = lo[a], node->hi[a][k] = hi[a];
+            for (int a = 0; a < 3; a++) node->lo[a][k] = box.lo[a], node->hi[a][k] = box.hi[a];
         }
     }
 }

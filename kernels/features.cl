@@ -20,6 +20,7 @@
 //   LONG_LENS      What fills the picture may be far away against its size.
 //   LIGHT_INSIDE   A light is inside a sphere.
 //   TREE           There is a tree over the spheres, for there are many.
+//   CAPSULES       There are capsules beside the spheres, in a tree of their own.
 //   SPHERE_COLORS  Spheres have colours of their own.
 //   AMBIENT        There is ambient light that reaches every point.
 //   ATTENUATION    A light gets weaker with distance.
@@ -41,8 +42,9 @@
 //   GATHER         Every pixel gets several samples.
 //   TILES          A work-item makes a tile of pixels, whose camera rays go through the tree as one.
 
-// A sample draws a light's, a lens' or a mirror's point at random.
-#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT)
+// A sample draws a light's, a lens' or a mirror's point at random. What capsules hide of a round light
+// has no closed form.
+#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT || (ROUND && CAPSULES))
 // Shadow rays lose a part of their light to what they enter.
 #define VEILED (NEST || OPACITY)
 // The hashes of paths are wanted.

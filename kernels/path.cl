@@ -91,12 +91,14 @@ static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
 // Finds what camera rays meet, and where. known: TILES: what spheres that is.
 static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through,
                        const Hit *known) {
+    bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
     if (TILES) {
         path->hit = *known;
+        if (CAPSULES)
+            path->hit = nearer_than_spheres(scene, path->hit, path->ray, (ints)(-1), common);
     } else if (ORTHOGRAPHIC && !TREE) {
         path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
     } else if (TREE || LITERAL || LONG_LENS || LENS || OPACITY) {
-        bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
         path->hit = first_hit(scene, path->ray, (ints)(-1), common, ORTHOGRAPHIC);
     } else {
         reals length2 = through.x * through.x + (through.y * through.y + 1);
@@ -142,9 +144,9 @@ static Surface surface_in_list(const Scene *scene, Path *path) {
 
 // TREE: the surfaces that paths have hit in the tree and in the list beside it. material: their indices.
 static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
-    Surface surface =
-        surface_of_beads(path->point, path->hit.id, scene->beads, scene->materials_of,
-                         scene->materials, scene->glass, scene->shadow_bias, material);
+    Surface surface = surface_of_beads(path->point, path->hit.id, scene->beads, scene->materials_of,
+                                       scene->materials, scene->glass, scene->shadow_bias,
+                                       scene->capsules, material);
     for (int s = 0; s < scene->sphere_count; s++) {
         ints mine = path->hit.id == scene->ids[s];
         if (!ANY(mine)) continue;

@@ -91,7 +91,10 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                      __global const Glass *glass, __global const Medium *around, __global int *lost,
                      __global const int *ids, __global const int *materials_of,
                      __global const Bead *beads, __global const Node *nodes,
-                     __global const Leaf *leaves, __global const Shape *shape) {
+                     __global const Leaf *leaves, __global const Shape *shape, int first_capsule,
+                     __global const Capsule *capsules, __global const Node *capsule_nodes,
+                     __global const CapsuleLeaf *capsule_leaves,
+                     __global const Shape *capsule_shape) {
     Scene scene = {max_depth,      shadow_bias, camera,      sphere_count,   spheres,
                    material_count, materials,   light_count, lights,         shades,
                    encloses,       sky_count,   skies,       background,     sphere_colors,
@@ -100,6 +103,11 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     if (TREE) {
         Tree tree = {nodes, leaves, shape[0], glass};
         scene.tree = tree;
+    }
+    if (CAPSULES) {
+        CapsuleList list = {
+            first_capsule, capsules, {capsule_nodes, capsule_leaves, capsule_shape[0], glass}};
+        scene.capsules[0] = list;
     }
     if (REFINE) {
         int item = get_global_id(0);

@@ -1,4 +1,4 @@
-// Scene: what a packet's rays meet, in the list of spheres, in the tree, or in both.
+// Scene: what a packet's rays meet: in the list of spheres, in their tree, in that of capsules.
 
 // The kernel's arguments, as functions take them.
 typedef struct {
@@ -24,6 +24,7 @@ typedef struct {
     __global const int *materials_of;
     __global const Bead *beads;
     Tree tree;
+    CapsuleList capsules[CAPSULES];  // one, or none: a member that is there changes the code
 } Scene;
 
 // The end of rays that have none in common: so far that a beam begins where they do.
@@ -53,13 +54,21 @@ static Hit first_listed(const Scene *scene, Ray ray, ints on, bool line) {
     return nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
 }
 
-// The spheres that rays meet first, in the lanes that are on. common: they have one origin. line:
+// CAPSULES: what rays meet first, beside the spheres that they do.
+static Hit nearer_than_spheres(const Scene *scene, Hit hit, Ray ray, ints on, bool common) {
+    return nearest_in_tree(&scene->capsules->tree, OF_CAPSULES, hit, ray, on, common);
+}
+
+// What rays meet first, in the lanes that are on. common: they have one origin. line:
 // ORTHOGRAPHIC and OPACITY, they have no start.
 static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool line) {
     Hit hit;
     if (TREE) {
         hit = first_listed(scene, ray, on, line);
-        return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
+        // Two returns: one would cost scenes of spheres other instructions.
+        if (!CAPSULES) return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
+        hit = nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
+        return nearer_than_spheres(scene, hit, ray, on, common);
     }
     if (ORTHOGRAPHIC && line) {
         hit = visible_along((Pixels){0}, ray, scene->spheres, scene->sphere_count);
@@ -79,7 +88,7 @@ static Hit first_side(const Scene *scene, Hit hit, Ray ray) {
     return far_sides(hit, ray, scene->spheres, scene->sphere_count);
 }
 
-// What spheres take of light k for the rays that are on, see taken_with(): rays to the light, which end
+// What is taken of light k for the rays that are on, see taken_with(): rays to the light, which end
 // at `distance`. light: where they end, if that is one point; else far away.
 static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, Vector light,
                            ints on) {
@@ -95,7 +104,14 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
     on &= !takes_all(taken);
     if (!ANY(on)) return taken;
     ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, light, on, false);
-    return VEILED ? veiled(taken, on, more) : taken | more;
+    taken = VEILED ? veiled(taken, on, more) : taken | more;
+    if (CAPSULES) {
+        on &= !takes_all(taken);
+        if (!ANY(on)) return taken;
+        more = taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, light, on, false);
+        taken = VEILED ? veiled(taken, on, more) : taken | more;
+    }
+    return taken;
 }
 
 // ROUND: what spheres cover of light k.
@@ -107,8 +123,8 @@ static Cover cover_of_light(const Scene *scene, int k, Ray ray, Cap cap, ints on
     return covered_in_tree(&scene->tree, cover, ray, cap, on, light->position, light->radius);
 }
 
-// OCCLUSION: the rays that are on and meet a sphere before that distance, glass as well. OPACITY: what
-// the spheres take of them that they meet.
+// OCCLUSION: the rays that are on and meet something before that distance, glass as well. OPACITY: what
+// is taken of them by what they meet.
 static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
     ints met =
         met_before(ray, distance, scene->spheres, scene->ids, scene->glass, scene->sphere_count);
@@ -116,5 +132,13 @@ static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
     ints open = on & !(OPACITY ? met >= OPAQUE : met);
     if (!TREE || !ANY(open)) return met;
     ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, FAR_AWAY, open, true);
-    return OPACITY ? veiled(met, open, more) : met | (more != 0);
+    met = OPACITY ? veiled(met, open, more) : met | (more != 0);
+    if (CAPSULES) {
+        open = on & !(OPACITY ? met >= OPAQUE : met);
+        if (!ANY(open)) return met;
+        more =
+            taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, FAR_AWAY, open, true);
+        met = OPACITY ? veiled(met, open, more) : met | (more != 0);
+    }
+    return met;
 }

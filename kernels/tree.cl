@@ -53,7 +53,7 @@ typedef struct {
 
 // What stands in a tree's leaves. Each kind has a leaf of its own, and in a scene a tree of its own.
 // Functions are given it as a constant, so that the compiler makes a walk for each.
-enum { OF_SPHERES };
+enum { OF_SPHERES, OF_CAPSULES };
 
 // What the functions of a tree are given of it.
 typedef struct {
@@ -79,9 +79,46 @@ typedef struct {
 // Explicit where the device has it, lest each way to trace contracts its own sums; without it none
 // is contracted.
 #if defined(__FMA__) || defined(FP_FAST_FMAF) || defined(__FMA4__)
+#define HAS_FMA
 #define FMA(a, b, c) fma(a, b, c)
 #else
 #define FMA(a, b, c) ((a) * (b) + (c))
+#endif
+
+// x = a b - c d, off by 3 u of itself at most, however near the products are (Kahan; Jeannerod, Louvet
+// and Muller, "Further analysis of Kahan's algorithm", 2013, have 1.5). Where there is no fma each
+// product is split into halves, whose products are exact (Dekker, "A floating-point technique", 1971).
+#ifdef HAS_FMA
+#define DIFFERENCE_OF_PRODUCTS(type, x, a, b, c, d) \
+    type x;                                         \
+    {                                               \
+        type p_ = (c) * (d);                        \
+        type e_ = FMA(-(c), d, p_);                 \
+        x = FMA(a, b, -p_) + e_;                    \
+    }
+#else
+#define HALVES_OF(type, high, low, a)                             \
+    type low = (a) * (DOUBLE ? REAL(134217729.0) : REAL(4097.0)); \
+    type high = low - (low - (a));                                \
+    low = (a) - high;
+#define PRODUCT_OF(type, p, e, a, b) \
+    type p = (a) * (b), e;           \
+    {                                \
+        HALVES_OF(type, ah_, al_, a) \
+        HALVES_OF(type, bh_, bl_, b) \
+        e = ah_ * bh_ - p;           \
+        e += ah_ * bl_;              \
+        e += al_ * bh_;              \
+        e += al_ * bl_;              \
+    }
+#define DIFFERENCE_OF_PRODUCTS(type, x, a, b, c, d) \
+    type x;                                         \
+    {                                               \
+        PRODUCT_OF(type, p_, pe_, a, b)             \
+        PRODUCT_OF(type, q_, qe_, c, d)             \
+        x = p_ - q_;                                \
+        x += pe_ - qe_;                             \
+    }
 #endif
 
 // TREE: the rays that can meet the near side of sphere s: not of one that they leave or are inside of.

@@ -4,36 +4,48 @@
 
 // TREE: leaf e of a tree, which follows the nodes.
 static __global const void *leaf_of(const Tree *tree, int kind, int e) {
+    if (CAPSULES && kind == OF_CAPSULES)
+        return (__global const CapsuleLeaf *)tree->leaves + (e - tree->shape.node_count);
     return (__global const Leaf *)tree->leaves + (e - tree->shape.node_count);
 }
 
 // TREE: what of a leaf a ray meets before `distance`, if there is something.
 static void nearest_of_leaf(const Tree *tree, int kind, __global const void *leaf,
                             const Single *ray, real *distance, INTEGER *id) {
-    nearest_sphere(leaf, ray, distance, id);
+    if (CAPSULES && kind == OF_CAPSULES) {
+        nearest_capsule(leaf, ray, distance, id);
+    } else {
+        nearest_sphere(leaf, ray, distance, id);
+    }
 }
 
 // TREE: what a leaf takes of a shadow ray beside what is taken, see taken_by_spheres().
 static INTEGER taken_by_leaf(const Tree *tree, int kind, __global const void *leaf,
                              const Single *ray, real limit, bool near, INTEGER taken) {
+    if (CAPSULES && kind == OF_CAPSULES)
+        return taken_by_capsules(tree, leaf, ray, limit, near, taken);
     return taken_by_spheres(tree, leaf, ray, limit, near, taken);
 }
 
 // TREE: what of a leaf the beam meets before `end`, as bits.
 static uint leaf_in_beam(const Tree *tree, int kind, __global const void *leaf, const Beam *beam,
                          real end) {
+    if (CAPSULES && kind == OF_CAPSULES) return capsules_in_beam(beam, leaf, end);
     return spheres_in_beam(beam, leaf, end);
 }
 
 // TREE: tests those of a leaf. Returns whether one is nearer than what was hit before.
 static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
                            Hit *hit, Ray ray, ints on) {
+    if (CAPSULES && kind == OF_CAPSULES) return nearer_capsules(leaf, bits, hit, ray, on);
     return nearer_spheres(leaf, bits, hit, ray, on);
 }
 
 // TREE: tests those of a leaf against shadow rays, see left_by_spheres().
 static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
                          Left left, Ray ray, reals distance, ints on, bool near) {
+    if (CAPSULES && kind == OF_CAPSULES)
+        return left_by_capsules(tree, leaf, bits, left, ray, distance, on, near);
     return left_by_spheres(tree, leaf, bits, left, ray, distance, on, near);
 }
 

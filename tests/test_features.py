@@ -19,12 +19,23 @@ from clrt.scene.scene import Scene
 
 RANDOM = {"occlusion", "lens", "gloss", "indirect"}
 NO_STAGE = {"hashed", "refine", "gather"}
-BEYOND_PAPER = {"long_lens", "tree", "nest", "split", "opacity", "round", *RANDOM, *NO_STAGE}
+BEYOND_PAPER = {
+    "long_lens",
+    "tree",
+    "capsules",
+    "nest",
+    "split",
+    "opacity",
+    "round",
+    *RANDOM,
+    *NO_STAGE,
+}
 # Together they use all that a precision knows. Samples at edges take two programs, and what is
 # drawn at random a third. What is seen through is in no scene with glass or indirect light.
 SCENES: dict[str, set[str]] = {
     "as the paper": set(USES) - BEYOND_PAPER,
-    "edges": {"hashed"} | set(USES) - RANDOM - NO_STAGE - {"long_lens", "tree", "nest", "split"},
+    "edges": {"hashed"}
+    | set(USES) - RANDOM - NO_STAGE - {"long_lens", "tree", "capsules", "nest", "split"},
     "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic", "opacity"},
 }
 LANES_OF: dict[Precision, int] = {"robust": 16, "literal": 1, "double": 1}

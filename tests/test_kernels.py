@@ -98,7 +98,18 @@ SOME: dict[str, set[str]] = {
     "glass": {"reflection", "nest"},
     "what is seen through": {"reflection", "opacity", "tree"},
     "all of few samples": {*LISTED, "tree", "nest", "split", "background", "round"},
-    "at random": {*LISTED, "gather", "tree", "round", "lens", "occlusion", "gloss", "indirect"},
+    "capsules": {"tree", "capsules", "reflection"},
+    "at random": {
+        *LISTED,
+        "gather",
+        "tree",
+        "capsules",
+        "round",
+        "lens",
+        "occlusion",
+        "gloss",
+        "indirect",
+    },
 }
 
 
@@ -111,6 +122,7 @@ def test_what_is_for_a_feature_is_in_no_program_without_it(device: cl.Device, na
     features = Features(4, "robust", "float", **dict.fromkeys(SOME[name], True))
     used = {k[2:]: v != "0" for k, v in (option.split("=") for option in features.options)}
     used["RANDOM"] = bool({"lens", "occlusion", "gloss", "indirect"} & SOME[name])
+    used["RANDOM"] |= {"round", "capsules"} <= SOME[name]
     source = program.kernel_source()
     needs = {
         function: bool(eval(asks[1], {}, used))

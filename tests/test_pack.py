@@ -45,6 +45,7 @@ STRUCTS: dict[str, Callable[[Any], np.dtype[Any]]] = {
     "Medium": medium_dtype,
     "Node": tree.node_dtype,
     "Leaf": tree.leaf_dtype,
+    "CapsuleLeaf": tree.capsule_leaf_dtype,
     "Shape": tree.shape_dtype,
     "channel": lambda real: PASSES,
 }

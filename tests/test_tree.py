@@ -417,27 +417,27 @@ def test_spheres_that_move_keep_their_order_while_that_is_sooner(device: cl.Devi
     expected = [Renderer(device=device).render(scene, *SIZE) for scene in (moved, other)]
     renderer = Renderer(device=device)
     renderer.render(scene_of(center, radius), *SIZE)
-    made = renderer._dispatcher.tree
+    made = renderer._dispatcher.trees[0]
     assert made is not None
     made.build_seconds = np.inf
     assert (renderer.render(moved, *SIZE) == expected[0]).all()
-    assert renderer._dispatcher.tree is made
+    assert renderer._dispatcher.trees[0] is made
     assert 0.9 < made.looseness() < 2
     made.build_seconds = 1e-9
     assert (renderer.render(other, *SIZE) == expected[1]).all()
-    assert renderer._dispatcher.tree not in (None, made)
-    made = renderer._dispatcher.tree
+    assert renderer._dispatcher.trees[0] not in (None, made)
+    made = renderer._dispatcher.trees[0]
     renderer.render(scene_of(*cloud(3001)), *SIZE)
-    assert renderer._dispatcher.tree not in (None, made)
+    assert renderer._dispatcher.trees[0] not in (None, made)
 
 
 def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
     """Were it, each ray would meet every box, and a million spheres would take an hour."""
     renderer = Renderer(device=device)
     renderer.render(scene_of(*cloud(100_000)), *SIZE)
-    made = renderer._dispatcher.tree
+    made = renderer._dispatcher.trees[0]
     renderer.render(scene_of(*cloud(100_000, seed=8)), *SIZE)
-    assert renderer._dispatcher.tree is not made
+    assert renderer._dispatcher.trees[0] is not made
 
 
 @pytest.mark.slow

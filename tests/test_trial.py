@@ -31,24 +31,27 @@ SAMPLED = {"hashed", "refine", "gather", *RANDOM}
 def can_be(precision: str, film: str, some: set[str]) -> bool:
     """Whether some scene needs all of these at once."""
     stages = {"hashed", "refine", "gather"} & some
+    is_random = bool(RANDOM & some) or {"round", "capsules"} <= some
     return not (
-        {"orthographic", "long_lens"} <= some
+        ("capsules" in some and "tree" not in some)
+        or ({"round", "capsules"} <= some and film == "paths")
+        or {"orthographic", "long_lens"} <= some
         or {"orthographic", "lens"} <= some
         or ("split" in some and not {"nest", "reflection"} <= some)
         or ("opacity" in some and {"nest", "indirect"} & some)
         or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
         or (
             precision == "literal"
-            and {"nest", "opacity", "round", "long_lens", "tree", *SAMPLED} & some
+            and {"nest", "opacity", "round", "long_lens", "tree", "capsules", *SAMPLED} & some
         )
-        or (film == "passes" and some - {"orthographic", "long_lens", "tree", "nest"})
+        or (film == "passes" and some - {"orthographic", "long_lens", "tree", "capsules", "nest"})
         or (film == "paths" and SAMPLED & some)
         # Where there is one, the film has alpha.
         or (film in ("float", "bytes") and "background" in some)
         # All pixels of few samples and then the edges, or all of many.
         or ("refine" in some and len(stages) > 1)
-        or (RANDOM & some and stages != {"gather"})
-        or (stages == {"gather"} and not RANDOM & some)
+        or (is_random and stages != {"gather"})
+        or (stages == {"gather"} and not is_random)
     )
 
 

@@ -32,6 +32,7 @@ KERNELS = (
     "tree",
     "single",
     "beam",
+    "capsule",
     "walk",
     "cone",
     "beads",

@@ -4,6 +4,7 @@ kernels/build.cl does the work, kernels/tree.cl says how a tree is laid out.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +79,12 @@ def leaf_dtype(real: Any) -> np.dtype[Any]:
     )
 
 
+def capsule_leaf_dtype(real: Any) -> np.dtype[Any]:
+    ends = [("start", real, (3, WIDE)), ("axis", real, (3, WIDE))]
+    rest = [("length", real, WIDE), ("radius", real, WIDE), ("id", np.int32, WIDE)]
+    return np.dtype([*ends, *rest], align=True)
+
+
 def shape_dtype(real: Any) -> np.dtype[Any]:
     names = ("node_count", "lowest", "per_node", "inner", "outer")
     fields = [(name, np.int32) for name in names]
@@ -85,19 +92,28 @@ def shape_dtype(real: Any) -> np.dtype[Any]:
 
 
 class Tree:
-    """A tree over a list of spheres, fitted to where they are seen from again and again.
+    """A tree over a list of things of one kind, fitted to where they are seen from again and again.
 
     Args:
-        keys: (n, 4) float32: x, y, z and twice the radius, in any one unit.
+        keys: (n, 4) float32: x, y, z and a side of the box around each, twice a sphere's radius, in
+            any one unit.
         kernels: those of build.cl, by name.
+        kind: as tree.cl counts them: 0 are spheres.
+        leaf: the dtype of their leaves, of a real.
     """
 
     def __init__(
-        self, keys: Array, queue: "cl.CommandQueue", kernels: "dict[str, cl.Kernel]"
+        self,
+        keys: Array,
+        queue: "cl.CommandQueue",
+        kernels: "dict[str, cl.Kernel]",
+        kind: int = 0,
+        leaf: Callable[[Any], np.dtype[Any]] = leaf_dtype,
     ) -> None:
         import pyopencl as cl
 
         started = time.perf_counter()
+        self._kind, self._leaf = np.int32(kind), leaf
         self.n = np.int64(len(keys))
         self.plan = Plan.of(len(keys))
         self._queue = queue
@@ -118,37 +134,39 @@ class Tree:
         self.build_seconds = time.perf_counter() - started
         self._area_at_first = 0.0
 
-    def fit(self, beads: Array, kernels: "dict[str, cl.Kernel]") -> dict[str, Any]:
-        """Moves leaves and boxes to where the spheres are.
+    def fit(self, things: Array, kernels: "dict[str, cl.Kernel]", first: int = 0) -> dict[str, Any]:
+        """Moves leaves and boxes to where things are.
 
         Args:
-            beads: (n, 4), x, y, z and radius, NaN of those that the tree is to leave out.
+            things: (n, numbers) as their struct has them: of spheres x, y, z and radius, which is
+                NaN of those that the tree is to leave out.
+            first: the id of the first of them.
 
         Returns:
-            The arguments `beads`, `nodes`, `leaves` and `shape` of the kernel.
+            `things`, `nodes`, `leaves` and `shape` as the kernel takes them.
         """
         import pyopencl as cl
 
-        real, flags, context = beads.dtype, cl.mem_flags, self._queue.context
+        real, flags, context = things.dtype, cl.mem_flags, self._queue.context
         counts, plan = self.plan.counts, self.plan
         starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
         if self._nodes is None:
             size = starts[-1] * node_dtype(real).itemsize
             self._nodes = cl.Buffer(context, flags.READ_WRITE, size)
-            size = plan.leaf_count * leaf_dtype(real).itemsize
+            size = plan.leaf_count * self._leaf(real).itemsize
             self._leaves = cl.Buffer(context, flags.READ_WRITE, size)
-        where = cl.Buffer(context, flags.READ_ONLY | flags.USE_HOST_PTR, hostbuf=beads)
+        where = cl.Buffer(context, flags.READ_ONLY | flags.USE_HOST_PTR, hostbuf=things)
         lowest = len(counts) - 1
         self._run(
             kernels["fit_leaves"], counts[lowest],
-            self.order, where, self.n, *plan.numbers, self._leaves, self._nodes,
-            np.int32(starts[lowest]),
+            self.order, self._kind, where, self.n, *plan.numbers, self._leaves, self._nodes,
+            np.int32(starts[lowest]), np.int32(first),
         )  # fmt: skip
         for level in reversed(range(lowest)):
             children = plan.root if level == 0 else WIDE
             places = (starts[level + 1], starts[level], counts[level], children)
             self._run(kernels["fit_nodes"], counts[level], self._nodes, *map(np.int32, places))
-        self._queue.finish()  # the device reads `beads` itself: an error must not free it
+        self._queue.finish()  # the device reads `things` itself: an error must not free it
         self._real = real
         if self._area_at_first == 0:
             self._area_at_first = self._area()
@@ -156,9 +174,9 @@ class Tree:
         shape["node_count"], shape["lowest"] = starts[-1], starts[lowest]
         shape["per_node"], shape["inner"] = plan.leaves, plan.root - WIDE + 1
         shape["outer"] = starts[-1] - starts[lowest] * plan.leaves
-        shape["wide"] = 4 * np.pi * SPHERES_IN_BEAM / max(len(beads), 1)
+        shape["wide"] = 4 * np.pi * SPHERES_IN_BEAM / max(len(things), 1)
         shape["budget"] = BUDGET
-        return {"beads": where, "nodes": self._nodes, "leaves": self._leaves, "shape": shape}
+        return {"things": where, "nodes": self._nodes, "leaves": self._leaves, "shape": shape}
 
     def looseness(self) -> float:
         """By how much the boxes around the leaves have grown since the tree was built: the sum of

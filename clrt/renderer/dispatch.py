@@ -15,7 +15,7 @@ from clrt.opencl.tree import Tree
 from clrt.renderer import glass
 from clrt.renderer.pack.arguments import arguments_of, sampling
 from clrt.renderer.pack.features import Features
-from clrt.renderer.pack.spheres import tree_keys
+from clrt.renderer.pack.kinds import KINDS, Kind, kinds_of
 from clrt.renderer.pack.structs import FILMS, Precision
 from clrt.renderer.pack.world import World, pack_world
 from clrt.scene.scene import Scene
@@ -36,23 +36,27 @@ class Dispatcher:
         self._queue = queue
         self._precision = precision
         self._world: World | None = None
-        self._moved = False  # since the tree was built its spheres have been exchanged for others
+        # The kinds that have been exchanged for as many others since their tree was built.
+        self._moved: set[int] = set()
         self._films: defaultdict[str, memory.Films] = defaultdict(memory.Films)
-        self.tree: Tree | None = None
+        self.trees: dict[int, Tree] = {}
+        """By the numbers of their kinds."""
 
     def close(self) -> None:
         """Waits for the device and lets go of buffers and memory."""
         self._queue.finish()
-        self._world = self.tree = None
+        self._world = None
+        self.trees.clear()
         self._films.clear()
 
     def world(self, scene: Scene) -> World:
         """The packed scene without its camera, kept while only the camera changes."""
         if self._world is None or not self._world.is_of(scene):
             before, self._world = self._world, pack_world(scene, self._precision)
-            if before is None or len(before.spheres) != len(self._world.spheres):
-                self.tree = None  # else its order may still do: see arguments()
-            self._moved = self.tree is not None
+            for kind in KINDS:
+                if before is None or kind.count(before) != kind.count(self._world):
+                    self.trees.pop(kind.number, None)  # else its order may still do: see _fitted()
+            self._moved = set(self.trees)
         return self._world
 
     def arguments(
@@ -67,20 +71,36 @@ class Dispatcher:
         features, kernels = program
         world = self.world(scene)
         arguments = arguments_of(world, scene, width, height)
-        if not features.tree:
-            return arguments
-        beads, fitted = arguments["beads"], None
-        if self._moved and self.tree is not None:
-            # As many spheres elsewhere: their order is kept if the picture is there sooner so.
-            fitted = self.tree.fit(beads, kernels)
-            loose = self.tree.looseness()
+        for kind in kinds_of(features):
+            things = arguments[kind.names["things"]]
+            fitted = self._fitted(kind, world, things, kernels, seconds)
+            arguments |= {kind.names[name]: value for name, value in fitted.items()}
+        return arguments
+
+    def _fitted(
+        self,
+        kind: Kind,
+        world: World,
+        things: Array,
+        kernels: "dict[str, cl.Kernel]",
+        seconds: float,
+    ) -> dict[str, Any]:
+        """The tree of a kind, fitted to where things are: see Tree.fit()."""
+        tree, first = self.trees.get(kind.number), kind.first(world)
+        if tree is not None:
+            fitted = tree.fit(things, kernels, first)
+            if kind.number not in self._moved:
+                return fitted
+            # As many elsewhere: their order is kept if the picture is there sooner so.
+            self._moved.remove(kind.number)
+            loose = tree.looseness()
             # The picture before may have been a small one, hence the bound.
-            if loose > 2 or seconds * (loose - 1) > self.tree.build_seconds:
-                self.tree = fitted = None
-            self._moved = False
-        if self.tree is None:
-            self.tree = Tree(tree_keys(world.spheres), self._queue, kernels)
-        return arguments | (fitted or self.tree.fit(beads, kernels))
+            if loose <= 2 and seconds * (loose - 1) <= tree.build_seconds:
+                return fitted
+        keys = kind.keys(world) if kind.count(world) else np.zeros((1, 4), np.float32)
+        tree = Tree(keys, self._queue, kernels, kind.number, kind.leaf)
+        self.trees[kind.number] = tree
+        return tree.fit(things, kernels, first)
 
     def blank(self, shape: tuple[int, ...], dtype: np.dtype[Any], use: str = "picture") -> Array:
         """A film that nobody else has, of memory that was a film for the same use if there is any.

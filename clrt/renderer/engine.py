@@ -168,7 +168,7 @@ class Engine:
             )
             looks = looks[..., 0]
             found = {name: looks[inside][name].copy() for name in names or ()}
-            radius = self._dispatcher.world(scene).spheres.radius
+            radius = self._dispatcher.world(scene).radii
             seen = develop.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
         if "alpha" in programs and (reach or develop.has_steps(scene.film, dtype, alpha)):
             around, inside = grown(reach)
@@ -283,8 +283,6 @@ def _check_read(scene: Scene) -> None:
     """
     if scene.particles:
         raise RequestError("particles: expected none that are in files: clrt.Renderer reads them")
-    if len(scene.capsules):
-        raise RequestError("capsules: the kernels do not know them yet, expected none")
     if scene.meshes:
         raise RequestError("meshes: the kernels do not know them yet, expected none")
 

@@ -19,6 +19,7 @@ from clrt.renderer.pack.arguments import sampling
 from clrt.renderer.pack.features import TREE_FROM, Features
 from clrt.renderer.pack.structs import FILMS, PRECISIONS, Array
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsule
 from clrt.scene.film import Film
 from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
 from clrt.scene.material import Material
@@ -135,9 +136,18 @@ def scene_for(features: Features) -> Scene:
         random = np.random.default_rng(1)
         beads = random.uniform((-1.2, -0.45, -1.5), (1.2, 0.2, 0.3), (2 * TREE_FROM, 3))
         spheres += tuple(Sphere(bead.tolist(), 0.06, "matte") for bead in beads)
+    capsules: tuple[Capsule, ...] = ()
+    if features.capsules:  # across the view, along it, tilted, with no length, before a mirror
+        ends = ((-1.2, 0.3, -0.2), (0.1, 0.3, -0.2)), ((-0.2, 0.25, -1.0), (-0.2, 0.25, 0.5))
+        tilted, ball = ((0.5, -0.4, 0.3), (1.1, 0.5, -0.5)), ((0.2, 0.35, 0.1), (0.2, 0.35, 0.1))
+        capsules = tuple(
+            Capsule(start, end, 0.07, "veil" if features.opacity else "matte")
+            for start, end in (*ends, tilted, ball)
+        )
+        capsules += (Capsule((-0.2, -0.45, 0.0), (0.6, -0.4, 0.4), 0.02, "ground"),)
     if features.hashed and features.gather:  # most spheres are so small that nobody sees them
         speck = Sphere((0.0, 0.2, 0.0), 1e-6, "matte")
-        spheres += (speck,) * (len(spheres) + 1)
+        spheres += (speck,) * (len(spheres) + len(capsules) + 1)
     if features.sphere_colors:
         spheres = tuple(
             replace(sphere, color=(1, 0.3 + 0.7 * (i % 2), 0.5)) for i, sphere in enumerate(spheres)
@@ -162,6 +172,7 @@ def scene_for(features: Features) -> Scene:
         shadow_bias=1e-3 * literal,
         film=film,
         indirect=features.indirect,
+        capsules=capsules,
         samples=SAMPLES if features.hashed or features.refine or features.gather else 1,
     )
 

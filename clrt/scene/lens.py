@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]
@@ -42,22 +43,33 @@ def half_screen(camera: Camera, width: int, height: int) -> Array:
     return np.array([half, half * (wide(height) / width)])
 
 
-def middle_size(camera: Camera, spheres: Sequence[Sphere]) -> float:
-    """How much of half a picture's width a sphere's radius takes: the median over those before the
-    camera, of 16:9 if it is orthographic; infinity if there are none."""
-    some = Spheres.of(spheres[:: -(-len(spheres) // LOOKED_AT) or 1])
+def middle_size(
+    camera: Camera, spheres: Sequence[Sphere], capsules: Sequence[Capsule] = ()
+) -> float:
+    """How much of half a picture's width the radius of a sphere or a capsule takes: the median over
+    those before the camera, of 16:9 if it is orthographic; infinity if there are none."""
+    every = -(-(len(spheres) + len(capsules)) // LOOKED_AT) or 1
+    some, others = Spheres.of(spheres[::every]), Capsules.of(capsules[::every])
+    center = np.concatenate([some.center, others.start / 2 + others.end / 2])
+    radius = np.concatenate([some.radius, others.radius])
     right = half_screen(camera, 16, 9)[0].astype(np.float64)
-    width = np.full(len(some), right)
+    width = np.full(len(radius), right)
     if not camera.orthographic:
-        width *= (np.array(camera.position) - some.center) @ np.array(camera.basis()[2])
+        width *= (np.array(camera.position) - center) @ np.array(camera.basis()[2])
     ahead = width > 0
     if not ahead.any():
         return np.inf
-    return float(np.median(some.radius[ahead] / width[ahead]))
+    return float(np.median(radius[ahead] / width[ahead]))
 
 
-def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floating[Any]]) -> Any:
-    """How far ahead of the camera rays start, just before the first sphere.
+def start(
+    camera: Camera,
+    spheres: Spheres,
+    capsules: Capsules,
+    screen: Array,
+    real: type[np.floating[Any]],
+) -> Any:
+    """How far ahead of the camera rays start, just before the first thing.
 
     Rays of an orthographic camera are whole lines: the distance may be negative. Spheres that are
     larger than the picture do not count there unless there are no others, as such a sphere can be
@@ -74,12 +86,48 @@ def start(camera: Camera, spheres: Spheres, screen: Array, real: type[np.floatin
         whole = replace(
             camera, position=tuple(place.tolist()), aperture_radius=0.0, focus_distance=None
         )
-        return max(start(whole, spheres, screen, real) - back, real(0))
+        return max(start(whole, spheres, capsules, screen, real) - back, real(0))
     find = _first_beside if camera.orthographic else _first_ahead
     seen = _seen(camera, spheres, real)
     firsts = [find(center, radius, screen.astype(real)) for center, radius, _ in seen]
     # The best that there is: of those that count, then of all.
-    return next(filter(np.isfinite, np.min(firsts, axis=0)), real(0)) if firsts else real(0)
+    best = next(filter(np.isfinite, np.min(firsts, axis=0)), np.inf) if firsts else np.inf
+    best = min(best, _first_of_capsules(camera, capsules, screen.astype(np.float64)))
+    return real(best if np.isfinite(best) else 0)
+
+
+def _first_of_capsules(camera: Camera, capsules: Capsules, screen: Array) -> float:
+    """Where a camera can meet the first of some capsules, a little before; infinity if none.
+
+    No point of a capsule is nearer than the nearest point of what the sides of the picture leave of
+    its axis, less the radius. The sides are a radius farther out.
+    """
+    basis, found = np.array(camera.basis()), float(np.inf)
+    for block in blocks(len(capsules)):
+        ends = [
+            (end[block] - np.array(camera.position)) @ basis.T
+            for end in (capsules.start, capsules.end)
+        ]
+        radius = capsules.radius[block]
+        first, last = np.zeros(len(radius)), np.ones(len(radius))  # parts of the axis
+        for axis, half in enumerate(1.001 * screen):
+            for side in (-1, 1):
+                slope, wide = (0.0, half) if camera.orthographic else (half, 0.0)
+                beyond = [
+                    (side * end[:, axis] + slope * end[:, 2] - wide) / np.hypot(1, slope) - radius
+                    for end in ends
+                ]
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    crossing = beyond[0] / (beyond[0] - beyond[1])
+                enters, leaves = beyond[0] > 0, beyond[1] > 0
+                first = np.where(enters, np.where(leaves, np.inf, np.fmax(first, crossing)), first)
+                last = np.where(leaves & ~enters, np.fmin(last, crossing), last)
+        seen = first <= last
+        ahead = -ends[0][seen, 2], -ends[1][seen, 2]
+        parts = (ahead[0] + part[seen] * (ahead[1] - ahead[0]) for part in (first, last))
+        found = min(found, float((np.minimum(*parts) - radius[seen]).min(initial=np.inf)))
+    corner = float(np.hypot(*screen))
+    return found - corner / 8 if camera.orthographic else max(found * (1 - corner), 0)
 
 
 def _seen(

@@ -24,6 +24,7 @@ class Rows(Sequence[T]):
     ARRAYS: ClassVar[tuple[str, ...]]
     """The names of their arrays, each of a row a thing. Some may be None: all ones."""
 
+    color: Array | None
     material_index: Array
     names: tuple[str, ...] | None
     """What material_index counts; None: the scene's materials."""

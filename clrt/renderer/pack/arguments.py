@@ -7,7 +7,7 @@ import numpy as np
 
 from clrt.errors import RequestError
 from clrt.renderer import samples
-from clrt.renderer.pack import lights, spheres
+from clrt.renderer.pack import capsules, lights, spheres
 from clrt.renderer.pack.features import Features, base_samples, has_tree, starts_ahead
 from clrt.renderer.pack.structs import (
     AXES,
@@ -27,13 +27,14 @@ from clrt.scene.camera import Camera
 from clrt.scene.light import DirectionalLight
 from clrt.scene.scene import Scene
 
-NUMBERS = ("top", "from", "count", "samples", "sky_count")
+NUMBERS = ("top", "from", "count", "samples", "sky_count", "first_capsule")
 ORDER = (
     *("paths", "top", "list", "from", "count", "samples", "points", "table"),
     *("max_depth", "shadow_bias", "camera", "sphere_count", "spheres"),
     *("material_count", "materials", "light_count", "lights", "shades", "encloses"),
     *("sky_count", "skies", "background", "sphere_colors", "glass", "around", "lost"),
     *("ids", "materials_of", "beads", "nodes", "leaves", "shape"),
+    *("first_capsule", "capsules", "capsule_nodes", "capsule_leaves", "capsule_shape"),
 )
 """The kernel's arguments from `paths` on, see render.cl."""
 NOTHING: dict[str, Any] = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
@@ -58,7 +59,7 @@ def sampling(features: Features, scene: Scene) -> dict[str, Any]:
     found[:count] = samples.offsets(count)
     laid = np.ascontiguousarray(found.reshape(-1, lanes, 2).transpose(0, 2, 1))
     more = {"samples": np.int32(count), "points": laid}
-    if features.occlusion or features.lens or features.gloss or features.indirect:
+    if features.is_random:
         others = samples.table(len(found), BOUNCES * KINDS, first=1)
         skies = samples.table(SKY_RAYS * len(found), BOUNCES, first=1 + BOUNCES * KINDS)
         more["table"] = np.concatenate([others.reshape(-1, 2), skies.reshape(-1, 2)])
@@ -108,9 +109,10 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
     leaves the scene where and as large as it is in the world, and treats no sphere in a special
     way. Everything is rounded once.
 
-    With a tree `beads` has all spheres; clrt.opencl.tree adds nodes, leaves and shape. Whoever runs
-    the kernel adds `paths`, `top` and `lost`: in how many packets rays needed more room than there
-    is, two numbers (enter() of glass.cl, put_aside() of onward.cl).
+    With trees `beads` has all spheres and `capsules` all capsules; clrt.opencl.tree adds nodes,
+    leaves and shape of each kind. Whoever runs the kernel adds `paths`, `top` and `lost`: in how
+    many packets rays needed more room than there is, two numbers (enter() of glass.cl, put_aside()
+    of onward.cl).
 
     Raises:
         RequestError: spheres are so far that their precision cannot show others, which are near.
@@ -156,9 +158,18 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
         beads = spheres.beads(
             world.spheres, space.origin.astype(np.float64), float(space.scale), real
         )
-        beads[listed.ids, 3] = beads[world.gone, 3] = np.nan
+        n = len(world.spheres)
+        beads[listed.ids, 3] = beads[world.gone[world.gone < n], 3] = np.nan
+        if not n:  # OpenCL has no empty buffers: one that is not there
+            beads = np.full((1, 4), np.nan, real)
         found["ids"] = listed.ids.astype(np.int32)
         found |= {"materials_of": world.material_of, "beads": beads}
+        if len(world.capsules):
+            rows = capsules.rows(
+                world.capsules, space.origin.astype(np.float64), float(space.scale), real
+            )
+            rows[world.gone[world.gone >= n] - n, 3] = np.nan
+            found |= {"first_capsule": np.int32(n), "capsules": rows}
     return found
 
 
@@ -170,12 +181,15 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
     origin = np.zeros(3, wide) if literal else eye
     ahead = wide(0)  # how far from the camera rays start
     if (scene.camera.orthographic and not literal) or starts_ahead(world, scene.camera):
-        ahead = lens.start(scene.camera, world.spheres, screen, np.float64 if many else wide)
+        kind = np.float64 if many else wide
+        ahead = lens.start(scene.camera, world.spheres, world.capsules, screen, kind)
         origin = origin - ahead * basis[2]
     space = Space(origin, np.identity(3, wide) if many else basis, wide(1), wide(1))
     ids = None
     if many:
-        reach, giants = spheres.reach(world.spheres, origin.astype(np.float64))
+        here = origin.astype(np.float64)
+        reach, giants = spheres.reach(world.spheres, here)
+        reach = max(reach, capsules.reach(world.capsules, here))
         ids = np.union1d(giants, world.light_inside)
         if scene.camera.orthographic:
             # The tree's rays have a start.
@@ -196,9 +210,9 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
 
 
 def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
-    """Raises RequestError: a sphere that the camera sees is lost beside the farthest, which is no
-    giant."""
-    radii, least = world.spheres.radius, LEAST_RADIUS[PRECISIONS[world.precision]] * extent
+    """Raises RequestError: a sphere or a capsule that the camera sees is lost beside the farthest,
+    which is no giant."""
+    radii, least = world.radii, LEAST_RADIUS[PRECISIONS[world.precision]] * extent
     if not len(radii) or np.min(radii) >= least:
         return
     small = np.flatnonzero(radii < least)
@@ -206,8 +220,12 @@ def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
     if camera.orthographic:
         across = np.longdouble(camera.height)
     else:
-        away = world.spheres.center[small].astype(np.longdouble) - camera.position
-        across = np.linalg.norm(away, axis=1)
+        n = len(world.spheres)
+        place = np.array(
+            [*world.spheres.center[small[small < n]], *world.capsules.start[small[small >= n] - n]],
+            np.longdouble,
+        )
+        across = np.linalg.norm(place - camera.position, axis=1)
     seen = small[radius > SPECK * across]
     if len(seen):
         # As words: a float64 may not hold the extent.

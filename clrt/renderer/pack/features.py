@@ -35,6 +35,8 @@ class Features(msgspec.Struct, frozen=True):
     """A light is inside a sphere."""
     tree: bool = False
     """There are so many spheres that a tree over them pays."""
+    capsules: bool = False
+    """There are capsules beside the spheres, in a tree of their own."""
     sphere_colors: bool = False
     """Spheres have colours of their own."""
     ambient: bool = False
@@ -69,6 +71,12 @@ class Features(msgspec.Struct, frozen=True):
     """Only pixels at edges are made, each of many samples, which are the lanes."""
     gather: bool = False
     """Every pixel gets several samples."""
+
+    @property
+    def is_random(self) -> bool:
+        """Whether samples draw points at random: RANDOM of features.cl."""
+        drawn = self.occlusion or self.lens or self.gloss or self.indirect
+        return drawn or (self.round and self.capsules)
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -143,6 +151,7 @@ def features_of(
         orthographic=scene.camera.orthographic,
         long_lens=starts_ahead(world, scene.camera),
         tree=has_tree(world),
+        capsules=len(world.capsules) > 0,
         nest=world.nest,
     )
     if film == "passes":  # the camera's rays end where they meet something, lit or not
@@ -162,7 +171,8 @@ def features_of(
         split=scene.max_depth > 1 and world.nest > 0 and any(map(glass.splits, used)),
         opacity=world.is_translucent,
         background=_shows_background(world, scene),
-        round=any(light.is_round for light in world.shining),
+        # What capsules hide of it is drawn at random, so a hash knows its middle only.
+        round=any(light.is_round for light in world.shining) and (random or not seen.capsules),
         hashed=adaptive and stage == "picture",
         occlusion=random and len(world.skies) > 0,
         lens=random and scene.camera.has_lens,
@@ -174,8 +184,9 @@ def features_of(
 
 
 def has_tree(world: World) -> bool:
-    """Whether there is a tree over the spheres."""
-    return world.precision != "literal" and len(world.spheres) >= TREE_FROM
+    """Whether there are trees: over the spheres, and over whatever else there is."""
+    many = len(world.spheres) >= TREE_FROM or len(world.capsules) > 0
+    return world.precision != "literal" and many
 
 
 def starts_ahead(world: World, camera: Camera) -> bool:
@@ -187,7 +198,7 @@ def starts_ahead(world: World, camera: Camera) -> bool:
 
 def base_samples(scene: Scene) -> int:
     """How many samples each pixel gets, at an edge or not."""
-    small = lens.middle_size(scene.camera, scene.spheres) < SMALL
+    small = lens.middle_size(scene.camera, scene.spheres, scene.capsules) < SMALL
     return min(SMALLS_BASE if small else 1, scene.samples)
 
 

@@ -34,7 +34,7 @@ def extent(center: Array, radius: Array) -> Any:
 
 def reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
     """How far many spheres reach from the origin, as extent(), and which are giants."""
-    farthest, giants = 0.0, []
+    farthest, giants = 0.0, [np.zeros(0, np.int64)]
     for block in lens.blocks(len(spheres)):
         radius = spheres.radius[block].astype(np.float64)
         away = spheres.center[block] - origin
@@ -107,11 +107,12 @@ def tree_keys(spheres: Spheres) -> Array:
 
 
 def opacities(materials: Sequence[Material], material_of: Array, spheres: Spheres) -> Array | None:
-    """(spheres,), what each and its material say; None: all are opaque."""
+    """(things,), what each sphere and its material say, and those of capsules after them; None: all
+    are opaque."""
     of_materials = np.array([m.opacity for m in materials], np.float64)
     found = of_materials[material_of] if len(materials) else of_materials
     if spheres.opacity is not None:
-        found = found * spheres.opacity
+        found[: len(spheres)] *= spheres.opacity
     return found if (found < 1).any() else None
 
 
@@ -122,14 +123,15 @@ def panes(
     opacity: Array | None,
     real: Real,
 ) -> tuple[Array | None, int, Array]:
-    """What concerns rays through each sphere, how many they can be inside of, and which spheres are
-    as if they were not there; None, 0 and none if no sphere lets light through.
+    """What concerns rays through each thing of these materials, the spheres first, how many they
+    can be inside of, and which are as if they were not there; None, 0 and none if nothing lets
+    light through.
 
     opacity: see opacities(); then no sphere is of glass.
     """
     none = np.zeros(0, np.int64)
     if opacity is not None:
-        found = np.zeros(len(spheres), glass_dtype(real, opacity=True))
+        found = np.zeros(len(material_of), glass_dtype(real, opacity=True))
         found["veil"], found["opacity"] = _veils(1 - opacity, real), opacity
         return found, 0, np.flatnonzero(opacity == 0)
     transmission = np.array([m.transmission for m in materials], np.float64)
@@ -139,8 +141,9 @@ def panes(
         return None, 0, none
     met = glass.meetings(spheres.center[where].astype(np.float64), spheres.radius[where])
     nothing = np.array([glass.is_nothing(m) for m in materials], bool)[material_of[where]]
-    found = np.zeros(len(spheres), glass_dtype(real))
-    found["order"] = glass.orders(spheres.radius, transparent)
+    n = len(spheres)
+    found = np.zeros(len(material_of), glass_dtype(real))
+    found["order"][:n] = glass.orders(spheres.radius, transparent[:n])
     found["veil"] = _veils(transmission, real)[material_of]
     return found, int(min(1 + met.max(), glass.MOST)), where[nothing & (met == 0)]
 

@@ -1,7 +1,8 @@
-"""World: what of a scene does not depend on its camera: spheres, materials and lights."""
+"""World: what of a scene does not depend on its camera: spheres, capsules, materials and lights."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +15,17 @@ from clrt.renderer.pack.structs import (
     PRECISIONS,
     Array,
     Precision,
+    Real,
     material_dtype,
     medium_dtype,
     overflow,
     shade_dtype,
 )
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.light import AmbientLight, LightKind, Shining
 from clrt.scene.material import Material
+from clrt.scene.rows import Rows
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere, Spheres
 from clrt.values import BLACK
@@ -32,16 +36,17 @@ class World:
     """Of a scene, packed."""
 
     precision: Precision
-    given: Sequence[Sphere]
+    given: tuple[Sequence[Sphere], Sequence[Capsule]]
     lights: Sequence[LightKind]
     materials: dict[str, Material]
     spheres: Spheres
+    capsules: Capsules
     shining: tuple[Shining, ...]
     """The lights that cast shadows."""
     skies: tuple[AmbientLight, ...]
     """Ambient light that spheres hide."""
     material_of: Array
-    """(spheres,) int32: the index of each one's material."""
+    """(things,) int32: the index of each one's material, of spheres, then of capsules."""
     light_inside: Array
     """int64: the spheres that a light is inside of, in order."""
     packed_materials: Array
@@ -49,20 +54,29 @@ class World:
     """(shining lights, materials), then a row for ambient light that reaches every point, if there
     is any, then one for each of the skies."""
     colors: Array | None
-    """(spheres, 3) of real, if they have their own."""
+    """(things, 3) of real, if some have their own."""
     is_translucent: bool
-    """Whether spheres can be seen through."""
+    """Whether some can be seen through."""
     glass: Array | None
-    """(spheres,) of glass_dtype, if shadow rays lose a part of their light to some."""
+    """(things,) of glass_dtype, if shadow rays lose a part of their light to some."""
     nest: int
     """How many transparent spheres a ray can be inside of at once."""
     gone: Array
-    """Indices of spheres that are as if they were not there."""
+    """Indices of things that are as if they were not there."""
+
+    @property
+    def radii(self) -> Array:
+        """(things,) in the world's unit."""
+        if not len(self.capsules):
+            return self.spheres.radius
+        return np.concatenate([self.spheres.radius, self.capsules.radius])
 
     def is_of(self, scene: Scene) -> bool:
-        """Whether it is this scene's: by identity of the spheres, which can be many."""
+        """Whether it is this scene's: by identity of what can be many."""
+        spheres, capsules = self.given
         return (
-            self.given is scene.spheres
+            spheres is scene.spheres
+            and capsules is scene.capsules
             and self.lights == scene.lights
             and self.materials == scene.materials
         )
@@ -73,7 +87,7 @@ class World:
         real = PRECISIONS[self.precision]
         if self.glass is None:
             return np.zeros(0, medium_dtype(real))
-        inside = glass.around(camera, self.spheres, self.glass["order"] > 0)
+        inside = glass.around(camera, self.spheres, self.glass["order"][: len(self.spheres)] > 0)
         inside = np.setdiff1d(inside, self.gone, assume_unique=True)
         found = np.zeros(len(inside), medium_dtype(real))
         found["sphere"] = inside + 1
@@ -91,25 +105,28 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     ambient = [light for light in scene.lights if isinstance(light, AmbientLight)]
     open_ambient = [light for light in ambient if not light.occlusion]
     skies = tuple(light for light in ambient if light.occlusion)
-    many = Spheres.of(scene.spheres)
+    many, capsules = Spheres.of(scene.spheres), Capsules.of(scene.capsules)
     index = {name: i for i, name in enumerate(scene.materials)}
-    places = np.array([index[name] for name in many.names or ()], np.int32)
-    material_of = places[many.material_index]
+    material_of = np.concatenate(
+        [
+            np.array([index[name] for name in things.names or ()], np.int32)[things.material_index]
+            for things in (many, capsules)
+        ]
+    )
     opacity = spheres.opacities(materials, material_of, many)
     panes, nest, gone = spheres.panes(materials, material_of, many, opacity, real)
     with overflow(precision):
         packed_materials = _materials(materials, precision)
         shades = _shades(materials, shining, open_ambient, skies, precision)
-        colors = None
-        if many.color is not None:
-            colors = np.clip(many.color, -MAX_COLOR, MAX_COLOR).astype(real)
+        colors = _colors([many, capsules], real)
     inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
     return World(
         precision=precision,
-        given=scene.spheres,
+        given=(scene.spheres, scene.capsules),
         lights=scene.lights,
         materials=dict(scene.materials),
         spheres=many,
+        capsules=capsules,
         shining=shining,
         skies=skies,
         material_of=material_of,
@@ -122,6 +139,19 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         nest=nest,
         gone=gone,
     )
+
+
+def _colors(parts: Sequence[Rows[Any]], real: Real) -> Array | None:
+    """(things, 3), if some have their own; the others are white."""
+    if all(part.color is None for part in parts):
+        return None
+    found = np.ones((sum(map(len, parts)), 3), real)
+    start = 0
+    for part in parts:
+        if part.color is not None:
+            found[start : start + len(part)] = np.clip(part.color, -MAX_COLOR, MAX_COLOR)
+        start += len(part)
+    return found
 
 
 def _materials(materials: Sequence[Material], precision: Precision) -> Array:
