@@ -200,6 +200,8 @@ def cases() -> Iterator[MeshCase]:
     )
     wall = Camera((0.3, 0.4, 3), (0, 0, 0), projection="orthographic", height=2.5)
     yield MeshCase("orthographic", "lines without a start", shown(ball(3), camera=wall))
+    near = replace(wall, position=(0.03, 0.04, 0.3))
+    yield MeshCase("orthographic-inside", "and that begin behind", shown(ball(3), camera=near))
     yield MeshCase(
         "walls",
         "light along a wall, and a seam where walls meet",

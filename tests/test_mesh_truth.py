@@ -279,6 +279,13 @@ def test_tokens() -> None:
     assert tokens.dtype == np.uint32
 
 
+def test_an_orthographic_camera_sees_the_same_wherever_it_stands() -> None:
+    scenes = [case.scene for case in CASES if case.name.startswith("orthographic")]
+    one, other = (tracer.trace(scene, 60, 45) for scene in scenes)
+    assert (one.id == other.id).all()
+    assert (one.id >= 0).mean() > 0.3
+
+
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_hard_cases(case: MeshCase) -> None:
     """float64 and long double say the same, but where a path goes another way."""

@@ -167,9 +167,10 @@ def test_how_a_file_begins_and_what_its_format_is_said_to_be() -> None:
 
 def test_what_is_not_read_says_what_does() -> None:
     said = {
+        "a.stl": r"\.stl is a mesh: clrt render draws it, clrt.read_mesh reads it",
         "a.mol2": r"clrt does not read \.mol2; MDAnalysis does: clrt.plot\(MDAnalysis.U",
         "a.traj": r"clrt does not read \.traj; ase does: clrt.plot\(ase.io.read\('a.traj'\)\)",
-        "a.stl.gz": r"clrt does not read \.stl; trimesh does: clrt.plot\(trimesh.load\(",
+        "a.glb.gz": r"clrt does not read \.glb; trimesh does: clrt.plot\(trimesh.load\(",
     }
     for name, expected in said.items():
         with pytest.raises(clrt.RequestError, match=f"^{name}: {expected}.*clrt reads .npz "):

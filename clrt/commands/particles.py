@@ -175,6 +175,13 @@ PARTICLE_OPTIONS = (
         help="How long arrows are; default: their mean is twice the median radius.",
     ),
     click.option("--vector-color", metavar="atoms|COLOR", help="Default: atoms."),
+    click.option("--mesh", metavar="FILE", help="A .ply, .stl or .obj that is drawn as well."),
+    click.option(
+        "--mesh-color",
+        metavar="COLOR|NAME",
+        help="Or numbers of its vertices or faces; default: the file's, else gray or steel blue.",
+    ),
+    click.option("--mesh-opacity", type=float, metavar="X", help="From 0 to 1; default: 1."),
     click.option(
         "--view",
         metavar="NAME|X,Y,Z",
@@ -210,6 +217,7 @@ PARTICLE_KEYS = {
         *("radius", "scale", "opacity", "style", "cell", "view", "up", "zoom", "center"),
         *("projection", "bonds", "bond_radius", "bond_color"),
         *("vectors", "vector_scale", "vector_color"),
+        *("mesh", "mesh_color", "mesh_opacity"),
         *("margin", "background", "samples", "altloc", "assembly"),
         *("title", "label", "labels", "scalebar", "axes"),
     )

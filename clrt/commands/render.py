@@ -114,8 +114,8 @@ def render(
     save_scene: Path | None,
     verbose: bool,
 ) -> None:
-    """Renders SCENE: a file of particles (see 'clrt formats'), a TOML file, or a built-in scene's
-    name; default: four-spheres.
+    """Renders SCENE: a file of particles (see 'clrt formats'), a mesh (.stl, .obj, .ply with
+    faces), a TOML file, or a built-in scene's name; default: four-spheres.
 
     \b
     Examples:
@@ -125,6 +125,8 @@ def render(
       clrt render salt.xyz --radius Na=1.0,Cl=1.8 --colors Na=gold,Cl=teal --colorbar ions
       clrt render salt.xyz --select "0 < z < 3" --view z --zoom 2 --cell
       zcat flow.dump.gz | clrt render - --format dump --frame -1 -o - > last.png
+      clrt render cell.dump --mesh walls.stl --mesh-opacity 0.3
+      clrt render surface.ply --mesh-color curvature
       clrt render my.toml -o my.png --width 1920 --height 1080
 
     Expressions are Python's over columns ('clrt check FILE' lists them): comparisons, and, or, not,
@@ -133,6 +135,7 @@ def render(
     """
     started = time.perf_counter()
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
+    from clrt.files.meshes.reader import is_mesh
     from clrt.files.particles.suffix import is_particles
     from clrt.opencl.device import label
     from clrt.renderer.checks import check_passes, check_region, check_size
@@ -142,7 +145,10 @@ def render(
         output = Path(f"stdout.{output_format or 'png'}")
     elif output_format is not None:
         raise RequestError("--output-format: expected -o -: else the suffix tells")
-    if has_particles := "format" in reading or is_particles(Path(scene)):
+    has_mesh = not reading and is_mesh(Path(scene))
+    if has_mesh and frame is not None:
+        raise RequestError(f"--frame: expected a file of particles, {scene} is a mesh")
+    if has_particles := has_mesh or "format" in reading or is_particles(Path(scene)):
         width, height = width or 1920, height or 1080
     else:
         only_for_particles(scene, **drawn, **reading, frame=frame, save_scene=save_scene)
@@ -159,8 +165,12 @@ def render(
         from clrt.files.scenewriter import save_scene as write_scene
 
         with called(PARTICLE_KEYS):
-            drawing = sources.look(size=(width, height), **look, **drawn)
-            loaded = sources.of_file(Path(scene), frame or 0, drawing, **reading)
+            look |= {"size": (width, height), **drawn}
+            if has_mesh:
+                loaded = sources.of_mesh(Path(scene), **look)
+            else:
+                drawing = sources.look(**look)
+                loaded = sources.of_file(Path(scene), frame or 0, drawing, **reading)
         if changes["camera"] is not None:
             loaded = seen_by(loaded, changes["camera"])
     else:
@@ -181,7 +191,10 @@ def render(
             option = next(iter(reading))
             raise RequestError(f"--save-scene: expected no --{option}: a scene cannot say it")
         check_apart(save_scene, Path(scene))
-        write_scene(save_scene, sources.in_file(loaded, Path(scene), frame or 0, drawing))
+        said = loaded
+        if not has_mesh:
+            said = sources.in_file(loaded, Path(scene), frame or 0, drawing)
+        write_scene(save_scene, said)
     ready = time.perf_counter()
     with rendering.renderer() as renderer:
         if verbose:

@@ -87,6 +87,14 @@ class Colored(NamedTuple):
     """The box is drawn by capsules."""
 
 
+def nothing(material: str) -> Colored:
+    """No particles, for a figure of something else."""
+    spheres = Spheres(np.zeros((0, 3)), np.zeros(0), material)
+    return Colored(
+        spheres, None, "one", "", "viridis", Meaning(), tuple, None, None, (), "", "", None, []
+    )
+
+
 def colored(
     particles: Particles,
     *,

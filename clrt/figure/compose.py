@@ -10,8 +10,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt.errors import SceneError
-from clrt.figure import framing, styles
-from clrt.figure.coloring import Colored, Meaning, colored, decorated
+from clrt.figure import framing, styles, surfaces
+from clrt.figure.coloring import Colored, Meaning, colored, decorated, nothing
 from clrt.figure.framing import PROJECTIONS, Projection
 from clrt.film import color
 from clrt.film.decor import panel, words
@@ -20,6 +20,7 @@ from clrt.particles.particlefile import ATOMS, PLAIN, coloring
 from clrt.particles.particles import Particles
 from clrt.scene.camera import Camera
 from clrt.scene.film import Cell, Film
+from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, did_you_mean, number, require, switches
@@ -61,6 +62,8 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     vector_scale: float | None = None
     vector_color: str | Sequence[float] = ATOMS
     """As of a clrt.ParticleFile."""
+    mesh: surfaces.Surface | None = None
+    """Is drawn beside the particles, or alone."""
     labels: str | None = None
     """As of a clrt.ParticleFile."""
     title: str = ""
@@ -204,6 +207,21 @@ def scene(particles: Particles, look: Look, mask: Array | None = None) -> Scene:
     return scene_of(made, look, made.parts, made.cell)
 
 
+def mesh_scene(look: Look) -> Scene:
+    """The scene that shows a look's mesh alone.
+
+    Raises:
+        RequestError: as scene().
+    """
+    usual = Look()
+    for key in set(COLORING) - {"cmap", "clim"}:
+        given = getattr(look, key)
+        if isinstance(given, np.ndarray) or given not in (None, getattr(usual, key)):
+            raise SceneError(f"{key}: expected particles, of a mesh alone there are none")
+    made = nothing(look.style)._replace(label=look.label, cmap=look.cmap)
+    return scene_of(made, look, [], None)
+
+
 def drawn(
     particles: Particles,
     look: Look,
@@ -244,18 +262,29 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         colorbar_room=label != "",
         **look.words,
     )
+    alone = len(made.spheres) == 0
+    if look.mesh is not None and alone and label:
+        if look.mesh.clim is None:
+            raise SceneError("colorbar: expected a mesh that is coloured by numbers")
+        film = replace(film, colorbar_clim=look.mesh.clim, colorbar_cmap=look.cmap)
     film = decorated(film, [made])
     if isinstance(look.scalebar, float | int):
         text = f"{look.scalebar:g} {made.unit}".strip()
         film = replace(film, scalebar_label=text)
     camera = framed(made, look, parts, box, film)
-    corners = _corners(box)
+    corners = _corners(box, look)
+    materials, meshes = {look.style: style.material}, list[Mesh]()
+    if look.mesh is not None:
+        mesh, material = surfaces.shown(look.mesh, style.material, alone)
+        materials |= {surfaces.MATERIAL: material}
+        meshes.append(mesh)
     extent = framing.extent(made.spheres, corners) if style.reach > 0 else 0.0
     return Scene(
         camera=camera,
         lights=styles.lights(style, camera, extent),
-        materials={look.style: style.material},
+        materials=materials,
         spheres=made.spheres,
+        meshes=meshes,
         capsules=() if made.capsules is None else made.capsules,
         film=film,
         samples=look.samples,
@@ -277,10 +306,11 @@ def framed(
     room = min(aside / width, most), min(below / height, most / 2), min(above / height, most / 2)
     view = look.view
     if view is None:
-        view = "z" if framing.is_flat(made.spheres) else "corner"
+        flat = framing.is_flat(made.spheres, _corners(box, look))
+        view = "z" if flat else "corner"
     return framing.holding(
         parts,
-        _corners(box),
+        _corners(box, look),
         framing.direction(view),
         look.size,
         look.projection,
@@ -292,8 +322,12 @@ def framed(
     )
 
 
-def _corners(box: Cell | None) -> Array:
-    return np.zeros((0, 3)) if box is None else corners_of(box)
+def _corners(box: Cell | None, look: Look) -> Array:
+    """What is in view beside spheres."""
+    parts = [] if box is None else [corners_of(box)]
+    if look.mesh is not None:
+        parts.append(look.mesh.mesh.vertices)
+    return np.concatenate([np.zeros((0, 3)), *parts])
 
 
 def seen_in(

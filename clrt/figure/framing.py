@@ -79,9 +79,9 @@ def three(given: str | Sequence[float]) -> Vec3 | None:
     return (x, y, z) if all(map(math.isfinite, (x, y, z))) else None
 
 
-def is_flat(spheres: Spheres) -> bool:
-    """Whether all middles have one z."""
-    z = spheres.center[:, 2]
+def is_flat(spheres: Spheres, corners: Array) -> bool:
+    """Whether all middles have one z; where there are none, all corners."""
+    z = spheres.center[:, 2] if len(spheres) else corners[:, 2]
     return bool((z == z[:1]).all())
 
 

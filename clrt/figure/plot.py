@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from clrt.errors import RequestError, called
-from clrt.figure import compose
+from clrt.figure import compose, surfaces
 from clrt.figure.compose import Look
 from clrt.figure.framing import Projection
 from clrt.figure.rendering import Renderer
 from clrt.files import image
+from clrt.files.meshes.reader import is_mesh, is_mesh_like
 from clrt.files.particles.reader import read
 from clrt.film.color import srgb
 from clrt.particles.particles import Particles
@@ -93,6 +94,9 @@ def plot(
     vector_color: str | Sequence[float] = "atoms",
     wrap: bool = False,
     replicate: Sequence[int] = (1, 1, 1),
+    mesh: Any = None,
+    mesh_color: str | Sequence[float] | None = None,
+    mesh_opacity: float | None = None,
     view: str | Sequence[float] | None = None,
     up: str | Sequence[float] | None = None,
     zoom: float = 1.0,
@@ -111,7 +115,8 @@ def plot(
     Colours are sRGB: names, #rgb, #rrggbb, uint8, or floats from 0 to 1.
 
     Args:
-        positions_or_particles: positions (n, 3), or whatever clrt.read() takes.
+        positions_or_particles: positions (n, 3), or whatever clrt.read() takes. Or a mesh alone: a
+            Mesh, an object that clrt.read_mesh() takes, or the name of a file of faces.
         altloc, assembly: of a file's name, as of clrt.read().
         select: which particles there are: an expression over columns in Python's syntax, as
             'x > 0 and chain == "A"' (docs/particles.md).
@@ -162,6 +167,10 @@ def plot(
         vector_color: "atoms": that of its particle; or of all.
         wrap: particles are moved into their box.
         replicate: how many images there are along each edge of their box.
+        mesh: is drawn beside the particles: whatever clrt.read_mesh() takes.
+        mesh_color: a colour, or the name of numbers of its vertices or faces. Default: its own, or
+            else light gray, of a mesh alone steel blue.
+        mesh_opacity: from 0 to 1.
         view: where the camera stands: "corner", "iso", "x", "-x", "y", "-y", "z", "-z", or
             (dx, dy, dz). Default: "corner", or "z" if all z are equal.
         up: likewise; default: +z, or +y if the camera looks along z.
@@ -180,7 +189,12 @@ def plot(
         OutputError: the picture does not fit into memory.
         DeviceError: the device fails.
     """
-    particles = read(positions_or_particles, altloc=altloc, assembly=assembly)
+    given = positions_or_particles
+    if alone := is_mesh(Path(given)) if isinstance(given, str | Path) else is_mesh_like(given):
+        if mesh is not None:
+            raise RequestError("mesh: expected one mesh, got two")
+        mesh, given = given, np.zeros((0, 3))
+    particles = read(given, altloc=altloc, assembly=assembly)
     if colors is not None and values is not None:
         raise RequestError("values: expected none beside colors")
     by_kind = isinstance(radii, Mapping)
@@ -194,7 +208,11 @@ def plot(
         with called({"opacities": "opacity"}):
             particles, opacity = particles.replaced(opacities=opacity), None
     with called({"radius": "radii"}):
+        surface = None
+        if mesh is not None:
+            surface = surfaces.read(mesh, mesh_color, mesh_opacity, cmap, clim)
         look = Look(
+            mesh=surface,
             select=select,
             hide=hide,
             wrap=wrap,
@@ -239,7 +257,7 @@ def plot(
             size=size,
         )
         chosen = None if mask is None else particles.checked_mask(mask)
-        scene = compose.scene(particles, look, chosen)
+        scene = compose.mesh_scene(look) if alone else compose.scene(particles, look, chosen)
     with Renderer() if renderer is None else nullcontext(renderer) as used:
         return Picture(used.render(scene, *look.size, dtype=np.uint8), scene)
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from clrt.errors import named
-from clrt.figure import compose
+from clrt.errors import RequestError, named
+from clrt.figure import compose, surfaces
 from clrt.figure.compose import Look
 from clrt.files.particles.reader import read
 from clrt.particles.particlefile import ParticleFile
@@ -14,8 +14,29 @@ from clrt.scene.scene import Scene
 
 
 def look(**given: Any) -> Look:
-    """How particles are drawn. None is as if the option was not given."""
+    """How particles are drawn. None is as if the option was not given.
+
+    Raises:
+        RequestError: a key is wrong, or the mesh cannot be read.
+    """
+    source, color, opacity = (given.pop(f"mesh{end}", None) for end in ("", "_color", "_opacity"))
+    if source is not None:
+        cmap, clim = given.get("cmap"), given.get("clim")
+        given["mesh"] = surfaces.read(source, color, opacity, cmap, clim)
+    elif color is not None or opacity is not None:
+        raise RequestError("mesh: expected one beside its colour and opacity, got none")
     return Look(**{key: value for key, value in given.items() if value is not None})
+
+
+def of_mesh(path: Path, **given: Any) -> Scene:
+    """The scene that shows a mesh alone.
+
+    Raises:
+        RequestError: as look(), or something was given that is of particles.
+    """
+    if given.get("mesh") is not None:
+        raise RequestError(f"mesh: expected a file of particles, {path} is a mesh")
+    return compose.mesh_scene(look(**{**given, "mesh": path}))
 
 
 def of_file(path: Path, frame: int, look: Look, **reading: Any) -> Scene:

@@ -25,21 +25,27 @@ def nearest(world: World, rays: Rays) -> tuple[Array, Array]:
     ray has passed, by distance and of equal distances by number."""
     hit = np.full(rays.pixel.size, -1)
     distance = np.full(rays.pixel.size, np.inf, world.dtype)
-    alike = 1 - faces.ALIKE * np.finfo(world.dtype).eps
+    alike = faces.ALIKE * np.finfo(world.dtype).eps
     for some, _, distances in _meetings(world, rays):
         behind, passed = rays.behind[:, np.newaxis], rays.passed[:, np.newaxis]
         later = passed < np.arange(some.start, some.stop)
         distances[(distances < behind) | ((distances == behind) & ~later)] = np.inf
-        of_faces = some.start >= world.first_face
-        least = distances.min(axis=1, keepdims=True)
         # Of equal ones the first. Rounding parts the distances of faces at one place.
-        first = (distances * (alike if of_faces else 1) <= least).argmax(axis=1)
+        of_faces = some.start >= world.first_face
+        least = distances.min(axis=1)
+        first = (distances <= _around(least, alike * of_faces)[:, np.newaxis]).argmax(axis=1)
         nearest = np.take_along_axis(distances, first[:, np.newaxis], axis=1)[:, 0]
-        against = np.where(of_faces & (hit >= world.first_face), alike, 1) * distance
-        closer = nearest < against
+        both = of_faces & (hit >= world.first_face)
+        closer = nearest < _around(distance, np.where(both, -alike, 0))
         hit[closer] = some.start + first[closer]
         distance[closer] = nearest[closer]
     return hit, distance
+
+
+def _around(distance: Array, part: Array | float) -> Array:
+    """Distances and a part of them, which are infinite as they were."""
+    found: Array = distance + part * abs(np.where(np.isfinite(distance), distance, 0))
+    return found
 
 
 def clear(world: World, rays: Rays, limit: Array) -> Array:

@@ -60,14 +60,38 @@ def read_mesh(
         SceneError: it cannot be read; the message names file, line and what was expected.
         RequestError: the suffix is of no format, or an extra is missing.
     """
+    return read_with_limits(source, material, shading, color, cmap, clim)[0]
+
+
+def read_with_limits(
+    source: Any,
+    material: str = "",
+    shading: Shading | None = None,
+    color: str | None = None,
+    cmap: str = "viridis",
+    clim: tuple[float, float] | None = None,
+) -> tuple[Mesh, tuple[float, float] | None]:
+    """As read_mesh(), and what the ends of the colour map stand for; None: no numbers give the
+    colours."""
     if isinstance(source, Mesh):
-        return source.made_of(material or source.material, shading)
+        if color is not None:
+            raise SceneError(f"color: expected none, for a Mesh has its colours, got {color!r}")
+        return source.made_of(material or source.material, shading), None
     is_file = isinstance(source, str | os.PathLike)
     name = str(source) if is_file else type(source).__name__
     found = _of_file(Path(source)) if is_file else objects.read(source)
     with named(name, SceneError):
         chosen = _colors(found, color, cmap, clim)
-        return Mesh(found.vertices, found.faces, found.normals, chosen, material, shading)
+        made = Mesh(found.vertices, found.faces, found.normals, chosen, material, shading)
+    return made, None if color is None else palette.limits(found.columns[color], clim)
+
+
+def is_mesh_like(source: Any) -> bool:
+    """Whether an object, which is no file's name, is a mesh by its shape."""
+    if isinstance(source, Mesh):
+        return True
+    names = ("points", "faces"), ("vertices", "faces"), ("vertices", "triangles")
+    return any(all(hasattr(source, name) for name in pair) for pair in names)
 
 
 def _of_file(path: Path) -> Surface:

@@ -39,10 +39,11 @@ ELSEWHERE = {
     "ase.io.read": ".mol .sdf .traj .xsf .cube .xsd .res .gen .cell .cfg .db .castep .outcar",
     "ovito.io.import_file": ".imd .fhi .bin .vtm .pvd .gdf",
     "MDAnalysis.Universe": ".mol2 .psf .prmtop .tpr .crd .pdbqt .pqr",
-    "trimesh.load": ".stl .obj .glb .gltf .off .3mf",
+    "trimesh.load": ".glb .gltf .off .3mf",
     "pyvista.read": ".vti .vts .vtr .vtkhdf .pvtu .pvtp .case .foam",
 }
 """What reads other formats, and gives objects that clrt.plot() takes."""
+MESHES = (".stl", ".obj")
 PLACES = (
     *(".xtc", ".trr", ".dcd", ".nc", ".ncdf", ".trj", ".mdcrd", ".tng", ".trz", ".coor", ".h5md"),
 )
@@ -92,6 +93,8 @@ def reads_it(path: Path) -> str:
     if suffix in PLACES:
         call = f"clrt animate system.gro {path.name[:40]}"
         return f"{suffix} has places and no atoms: {call} reads both by MDAnalysis; {known}"
+    if suffix in MESHES:
+        return f"{suffix} is a mesh: clrt render draws it, clrt.read_mesh reads it; {known}"
     for reader, suffixes in ELSEWHERE.items():
         if suffix in suffixes.split():
             package = reader.split(".")[0]

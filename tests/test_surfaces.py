@@ -1,0 +1,134 @@
+"""Meshes in figures: alone, beside particles, from the command line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from mesh_cases import sphere
+from msgspec.structs import replace
+
+import clrt
+from clrt import Mesh
+from clrt.commands.cli import main
+from clrt.errors import RequestError
+from clrt.figure import compose, sources, surfaces
+from clrt.figure.compose import Look
+from clrt.film import color
+from clrt.truth import tracer
+
+VERTICES, FACES = sphere(4, 2.0, (5, 0, 0))
+MESH = Mesh(VERTICES, FACES)
+SIZE = 60, 40
+
+
+def alone(mesh: object = MESH, how: str | None = None, **look: object) -> clrt.Scene:
+    clim = look.get("clim")
+    given = surfaces.read(mesh, how, None, look.get("cmap"), clim)  # type: ignore[arg-type]
+    return compose.mesh_scene(Look(mesh=given, style="matte", size=SIZE, **look))  # type: ignore[arg-type]
+
+
+def test_alone_it_fills_the_picture() -> None:
+    scene = alone()
+    seen = tracer.trace(scene, *SIZE).id >= 0
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    assert (rows[0], rows[-1]) in ((1, 38), (2, 37))
+    assert abs(columns[0] + columns[-1] - 59) <= 1
+    (mesh,) = scene.meshes
+    assert mesh.material == "mesh"
+    blue = color.linear(np.array([70, 130, 180], np.uint8))
+    expected = 0.7 * blue.astype(float)
+    assert np.array(scene.materials["mesh"].diffuse) == pytest.approx(expected, abs=1e-7)
+
+
+def test_beside_particles_the_frame_holds_both() -> None:
+    particles = clrt.Particles(np.array([[-5.0, 0, 0], [-5, 1, 0]]), radii=np.array([0.5, 0.5]))
+    look = Look(mesh=surfaces.read(MESH, "red", 0.5), style="matte", size=SIZE, view="z")
+    scene = compose.scene(particles, look)
+    found = tracer.trace(scene, *SIZE)
+    ids = found.id
+    assert (ids >= 2).any()
+    assert ((ids >= 0) & (ids < 2)).any()
+    columns = np.flatnonzero((ids >= 0).any(axis=0))
+    assert columns[0] <= 2
+    assert columns[-1] >= 57
+    assert scene.materials["mesh"].opacity == 0.5
+    assert scene.materials["mesh"].diffuse == pytest.approx((0.7, 0, 0))
+    assert scene.materials["matte"].opacity == 1
+    gray = compose.scene(particles, replace(look, mesh=surfaces.read(MESH)))
+    assert len(set(gray.materials["mesh"].diffuse)) == 1
+
+
+def test_colors() -> None:
+    height = {"vertices": VERTICES, "faces": FACES, "height": VERTICES[:, 2]}
+    scene = alone(height, "height", cmap="gray", colorbar="z (m)")
+    (mesh,) = scene.meshes
+    assert mesh.colors is not None
+    assert mesh.colors[VERTICES[:, 2].argmax()].tolist() == [1, 1, 1]
+    assert scene.film.colorbar_clim == pytest.approx((VERTICES[:, 2].min(), VERTICES[:, 2].max()))
+    assert scene.film.colorbar_cmap == "gray"
+    assert scene.materials["mesh"].diffuse == (0.7, 0.7, 0.7)  # the colours are the mesh's
+    with pytest.raises(
+        RequestError, match=r"mesh_color: expected the name of numbers \('height'\)"
+    ):
+        alone(height, "depth")
+    with pytest.raises(RequestError, match="colorbar: expected a mesh that is coloured by numbers"):
+        alone(colorbar="z")
+    with pytest.raises(RequestError, match="mesh_opacity: expected a number from 0 to 1, got 2"):
+        surfaces.read(MESH, opacity=2)
+
+
+def test_flat_meshes_are_seen_from_above() -> None:
+    square = Mesh([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
+    back = np.array(alone(square).camera.basis()[2])
+    assert back == pytest.approx([0, 0, 1])
+
+
+def test_what_is_of_particles_is_refused() -> None:
+    with pytest.raises(RequestError, match="select: expected particles, of a mesh alone there are"):
+        alone(select="x > 0")
+    with pytest.raises(RequestError, match="radii: expected particles"):
+        clrt.plot(MESH, radii=3)
+    with pytest.raises(RequestError, match="mesh: expected one mesh, got two"):
+        clrt.plot(MESH, mesh=MESH)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    scene = clrt.Scene(clrt.Camera((0, 0, 9), (0, 0, 0)), materials={"m": clrt.Material()},
+                       meshes=[Mesh(VERTICES, FACES, material="m")])  # fmt: skip
+    clrt.save_scene(tmp_path / "a.toml", scene)
+    return tmp_path / "a.0.ply"
+
+
+def test_sources(file: Path) -> None:
+    scene = sources.of_mesh(file, style="matte", size=SIZE, view=None, select=None, cell=False)
+    assert scene.meshes[0] == MESH.made_of("mesh")
+    look = sources.look(mesh=file, mesh_opacity=0.25, size=SIZE)
+    assert look.mesh is not None
+    assert look.mesh.opacity == 0.25
+    with pytest.raises(RequestError, match="mesh: expected one beside its colour"):
+        sources.look(mesh_color="red")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["{}", "--select", "x > 0"],
+            "--select: expected particles, of a mesh alone there are none",
+        ),
+        (["{}", "--frame", "1"], "--frame: expected a file of particles"),
+        (["{}", "--mesh", "{}"], "--mesh: expected a file of particles"),
+        (["{}", "--mesh-color", "none"], "--mesh-color: expected the name of numbers (none)"),
+        (["{}", "--mesh-opacity", "2"], "--mesh-opacity: expected a number from 0 to 1"),
+        (["none.stl"], "none.stl: cannot be read"),
+        (["four-spheres", "--mesh", "{}"], "--mesh: expected a file of particles"),
+    ],
+)
+def test_commands_say_in_one_line_what_is_wrong(words: list[str], said: str, file: Path) -> None:
+    given = [word.format(file) for word in words]
+    found = CliRunner().invoke(main, ["render", *given, "-o", str(file.parent / "a.png")])
+    text = str(found.exception) if isinstance(found.exception, RequestError) else found.output
+    assert said in text
+    assert len(text.strip().splitlines()) == 1
