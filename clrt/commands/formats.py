@@ -20,6 +20,7 @@ PARTICLES = (
 WRITTEN = (
     (".png .jpg .webp .tif .bmp .ppm", "pictures of 8 bits, .png and .tif also of 16", ""),
     (".npy .npz .pfm", "pictures of linear float32", ""),
+    (".svg .pdf", "pictures with words as such", "clrt[text]"),
     (".exr", "pictures of linear float32, with passes", "clrt[exr]"),
     (".webp .gif .apng", "videos", ""),
     (".mp4 .mov .mkv", "videos, H.264", "clrt[video]"),

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     "--output",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Default <scene>.png here. 8-bit .png .jpg .webp .tif .bmp .ppm; linear float32 .npy .npz "
-    ".pfm .exr.",
+    help="Default <scene>.png here. 8-bit .png .jpg .webp .tif .bmp .ppm; .svg and .pdf with words "
+    "as such (need clrt[text]); linear float32 .npy .npz .pfm .exr.",
 )
 @click.option(
     "--width",
@@ -134,6 +134,7 @@ def render(
     to "Where they are seen from" are for files of particles.
     """
     started = time.perf_counter()
+    from clrt.files import vector
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
     from clrt.files.meshes.reader import is_mesh
     from clrt.files.particles.suffix import is_particles
@@ -156,6 +157,8 @@ def render(
     left, top, right, bottom = check_region(region, *check_size(width, height))
     names = None if passes is None else check_passes(passes.split(","))
     check_suffix(output)
+    if (is_vector := output.suffix.lower() in vector.SUFFIXES) and region is not None:
+        raise RequestError(f"--region: expected a format of pixels, {output} has words")
     if not to_stdout:
         check_apart(output, Path(scene))
     look = {"samples": rendering.samples, **film}
@@ -201,16 +204,23 @@ def render(
             say(f"{label(renderer.device)}, {renderer.lanes} lanes, {renderer.precision}")
         renderer.prepare(loaded, dtype, passes=names)
         compiled = time.perf_counter()
+        found: dict[str, Any] = {}
+        overlay = None
         with Progress(bottom - top, rendering.quiet) as progress:
-            image, found = renderer.render(
-                loaded,
-                width,
-                height,
-                dtype=dtype,
-                passes=names or (),
-                region=region,
-                progress=progress.add,
-            )
+            if is_vector:
+                from clrt.figure.apart import picture_and_words
+
+                image, overlay = picture_and_words(renderer, loaded, width, height, progress.add)
+            else:
+                image, found = renderer.render(
+                    loaded,
+                    width,
+                    height,
+                    dtype=dtype,
+                    passes=names or (),
+                    region=region,
+                    progress=progress.add,
+                )
         rendered = time.perf_counter()
         if verbose:
             say(
@@ -221,7 +231,7 @@ def render(
     # Of particles it does not: made by clrt.plot or of another format it is the same file.
     command = "" if has_particles else context.obj
     how: dict[str, Any] = {
-        "passes": found, "transfer": loaded.film.transfer, "command": command
+        "passes": found, "transfer": loaded.film.transfer, "command": command, "overlay": overlay
     }  # fmt: skip
     if to_stdout:
         from tempfile import TemporaryDirectory

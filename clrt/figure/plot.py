@@ -13,7 +13,7 @@ from clrt.figure import compose, surfaces
 from clrt.figure.compose import Look
 from clrt.figure.framing import Projection
 from clrt.figure.rendering import Renderer
-from clrt.files import image
+from clrt.files import image, vector
 from clrt.files.meshes.reader import is_mesh, is_mesh_like
 from clrt.files.particles.reader import read
 from clrt.film.color import srgb
@@ -40,12 +40,21 @@ class Picture:
         self.pixels, self.scene = pixels, scene
 
     def save(self, path: str | Path) -> None:
-        """Writes it to a file of 8 bits a channel, whole or not at all.
+        """Writes it to a file of 8 bits a channel, whole or not at all. For .svg and .pdf, whose
+        words are words, it is rendered again.
 
         Raises:
             as clrt.save().
         """
-        image.save(path, self.pixels, transfer=self.scene.film.transfer)
+        pixels, overlay = self.pixels, None
+        if Path(path).suffix.lower() in vector.SUFFIXES:
+            from clrt.figure.apart import picture_and_words
+
+            height, width = pixels.shape[:2]
+            image.check_output(Path(path), width, height)
+            with Renderer() as renderer:
+                pixels, overlay = picture_and_words(renderer, self.scene, width, height)
+        image.save(path, pixels, transfer=self.scene.film.transfer, overlay=overlay)
 
     def _repr_png_(self) -> bytes:
         return image.as_png(self.pixels, transfer=self.scene.film.transfer)

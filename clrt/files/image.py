@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from clrt import memory, storage
 from clrt.errors import ClrtError, OutputError, RequestError
-from clrt.files import deep, png
+from clrt.files import deep, png, vector
+from clrt.film.decor.drawing import Overlay
 
 Array = NDArray[Any]
 
@@ -47,7 +48,8 @@ BYTE_FORMATS = {
 ENDS = {".png": b"IEND\xaeB`\x82", ".jpg": b"\xff\xd9", ".jpeg": b"\xff\xd9"}
 FLOAT_FORMATS = tuple(deep.WRITE)
 SUFFIXES = (*BYTE_FORMATS, *FLOAT_FORMATS)
-WITH_ALPHA = (".png", ".webp", ".tif", ".tiff", ".npy", ".npz", ".exr")
+"""Of files that are pixels; those of vector.py have words beside them."""
+WITH_ALPHA = (".png", ".webp", ".tif", ".tiff", ".npy", ".npz", ".exr", *vector.SUFFIXES)
 WITH_16_BITS = (".png", ".tif", ".tiff")
 WITH_PASSES = (".npz", ".exr")
 UNSIGNED = (np.uint8, np.uint16)
@@ -93,6 +95,9 @@ def check_output(
     if film is np.uint16 and suffix != ".png":
         deep.check_size16(path, width, height)
         needed = 7 * pixel
+    if suffix in vector.SUFFIXES:
+        vector.check(path)
+        needed += 40
     if suffix == ".exr":
         deep.library(*deep.OPENEXR)
         needed = 2 * pixel
@@ -111,8 +116,8 @@ def check_suffix(path: Path) -> None:
     Raises:
         RequestError: it does not.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise RequestError(f"{path}: expected a name that ends in one of {' '.join(SUFFIXES)}")
+    if path.suffix.lower() not in (known := (*SUFFIXES, *vector.SUFFIXES)):
+        raise RequestError(f"{path}: expected a name that ends in one of {' '.join(known)}")
 
 
 def check_sides(path: Path, width: int, height: int, largest: int) -> None:
@@ -172,7 +177,7 @@ def film_dtype(
     if bits == 16:
         _check_can(path, WITH_16_BITS, "16 bits a channel")
         return np.uint16
-    if path.suffix.lower() in BYTE_FORMATS:
+    if path.suffix.lower() in (*BYTE_FORMATS, *vector.SUFFIXES):
         return np.uint8
     if bits is not None:
         _check_can(path, tuple(BYTE_FORMATS), f"{bits} bits a channel")
@@ -186,16 +191,18 @@ def save(
     passes: Mapping[str, NDArray[Any]] | None = None,
     transfer: str = "linear",
     command: str = "",
+    overlay: Overlay | None = None,
 ) -> None:
     """Writes a film to a file, whole or not at all. The suffix chooses the format.
 
     Args:
         film: (height, width, 3), or 4 with alpha where the format has it: uint8 for .png .jpg .webp
-            .tif .bmp .ppm, uint16 for .png .tif, float32 for .npy .npz .pfm .exr. Integers are
-            straight colours, floats premultiplied ones.
+            .tif .bmp .ppm .svg .pdf, uint16 for .png .tif, float32 for .npy .npz .pfm .exr.
+            Integers are straight colours, floats premultiplied ones.
         passes: "depth", "normal" and "id" as Renderer.render() gives them, for .npz and .exr.
         transfer: the curve of the integers in it, "linear" or "srgb": a PNG says if it is sRGB.
         command: the command that made it, which a PNG notes.
+        overlay: words and shapes over it, for .svg and .pdf.
 
     Raises:
         RequestError: the film is not for this suffix, or the file cannot be there.
@@ -215,6 +222,10 @@ def save(
         _check_can(path, WITH_PASSES, "passes")
     if transfer not in ("linear", "srgb"):
         raise RequestError(f"transfer: expected 'linear' or 'srgb', got {transfer!r}")
+    if suffix in vector.SUFFIXES:
+        with written_whole(path) as beside:
+            vector.write(beside, suffix, film, overlay, transfer)
+        return
     with written_whole(path) as beside, beside.open("wb") as file:
         if suffix in FLOAT_FORMATS:
             deep.WRITE[suffix](file, film, passes or {})

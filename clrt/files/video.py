@@ -61,6 +61,9 @@ def check_output(
     """
     if numbered.is_pattern(path):
         numbered.check_pattern(path)
+        if path.suffix.lower() not in image.SUFFIXES:
+            known = " ".join(image.SUFFIXES)
+            raise RequestError(f"{path}: expected a name that ends in one of {known}")
         image.check_output(numbered.picture(path, 0), width, height, alpha=alpha)
         return
     if path.suffix.lower() not in SUFFIXES:

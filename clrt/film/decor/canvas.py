@@ -47,8 +47,6 @@ class _Patch(NamedTuple):
 
 
 def _painted(drawing: Drawing, ink: Color, ground: Color | None) -> _Patch:
-    from PIL import Image, ImageFilter
-
     rims = max(round(drawing.em / 12), 1)
     bounds = drawing.room or _bounds(drawing.shapes, rims)
     left, top, right, bottom = bounds
@@ -60,12 +58,7 @@ def _painted(drawing: Drawing, ink: Color, ground: Color | None) -> _Patch:
         elif isinstance(shape, Wedge):
             _wedge(boxes, shape, left, top)
         _ink(inked, shape, left, top)
-    rim = inked
-    if ground is not None and inked.size:
-        wider = Image.fromarray(inked)
-        for _ in range(rims):  # pixel by pixel, which is quicker
-            wider = wider.filter(ImageFilter.MaxFilter(3))
-        rim = np.asarray(wider)
+    rim = inked if ground is None else _wider(_wider(inked, rims).T, rims).T
     colors = boxes.reshape(-1, 4)
     there = np.flatnonzero(rim)  # most of a panel is empty
     found = colors[there]
@@ -75,6 +68,15 @@ def _painted(drawing: Drawing, ink: Color, ground: Color | None) -> _Patch:
     drawn = _layer(inked.reshape(-1)[there], ink)
     colors[there] = found * (1 - drawn[:, 3:]) + drawn
     return _Patch(left, top, boxes)
+
+
+def _wider(inked: Array, by: int) -> Array:
+    """The most ink of each pixel and of those so far above and below it."""
+    found = inked.copy()
+    for step in range(1, min(by + 1, len(inked))):
+        np.maximum(found[step:], inked[:-step], out=found[step:])
+        np.maximum(found[:-step], inked[step:], out=found[:-step])
+    return found
 
 
 def _layer(coverage: Array, ink: Color) -> Array:

@@ -86,6 +86,17 @@ class Drawing(NamedTuple):
     """Nothing else is there; None: they lie over what is there."""
 
 
+class Overlay(NamedTuple):
+    """What is drawn over a picture, and how."""
+
+    drawings: list[Drawing]
+    """One over the other."""
+    ink: Color
+    """Linear."""
+    ground: Color | None
+    """The background, linear, of which ink has a rim; None: it is not known."""
+
+
 def em_of(film: Film, size: tuple[int, int]) -> float:
     """How many pixels an em has in a picture of this size."""
     return max(min(size) * film.font_size, LEAST)
