@@ -5,17 +5,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from msgspec.structs import replace
 
 import clrt
+from clrt import reference
+from clrt.commands.cli import main
 from clrt.errors import RequestError
 from clrt.figure import compose, sources
 from clrt.figure.coloring import colored
 from clrt.figure.compose import Look
 from clrt.figure.resolver import resolved
 from clrt.files.scenefile import load_scene
-from clrt.film import color
+from clrt.film import color, metrics
 from clrt.motion.trajectory import Flow
 
+ROOT = Path(__file__).parents[1]
 CHAIN = clrt.Particles(
     np.arange(4)[:, np.newaxis] * [1.5, 0, 0] + [0.1, 5, 5],
     elements=[6, 6, 8, 6],
@@ -182,3 +187,34 @@ def test_frames_have_their_own_bonds_of_one_radius(tmp_path: Path) -> None:
     first, second = flow.scene(0).capsules, flow.scene(1).capsules
     assert [one.start for one in (*first, *second)] == [(0, 0, 0), (3, 0, 0)]
     assert [one.radius for one in (*first, *second)] == pytest.approx([0.09, 0.09])
+
+
+def test_a_part_of_a_protein_beside_the_truth() -> None:
+    """Whatever is off is where a path meets something else."""
+    particles = clrt.read(ROOT / "scenes" / "data" / "1tii.pdb.gz")
+    sticks = Look(style="matte", bonds="file", radius=0.3, bond_radius=0.3, select="chain == 'C'")
+    scene = replace(compose.scene(particles, replace(sticks, size=(64, 36))), film=clrt.Film())
+    scene = replace(scene, samples=1)
+    truth, renderer = reference.trace(scene, 64, 36), clrt.Renderer()
+    off = metrics.pixel_error(renderer.render(scene, 64, 36), truth.image) > 1 / 1020
+    assert not (off & (renderer.paths(scene, 64, 36) == truth.paths)).any()
+
+
+def test_the_command_the_call_and_the_saved_scene_draw_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.xyz").write_text('3\nLattice="3 0 0 0 9 0 0 0 9"\nC 0 0 0\nC 1.5 0 0\nO 0 1.2 0\n')
+    words = ["--width", "64", "--height", "48", "--samples", "4", "-q"]
+    drawn = ["--style", "ball-and-stick", "--cell", "solid", "--bond-color", "#444"]
+    for line in (
+        ["a.xyz", "-o", "a.png", "--save-scene", "a.toml", *drawn],
+        ["a.toml", "-o", "b.png"],
+    ):
+        done = CliRunner().invoke(main, ["render", *line, *words], catch_exceptions=False)
+        assert done.exit_code == 0, done.stderr
+    picture = clrt.plot(
+        "a.xyz", style="ball-and-stick", cell="solid", bond_color="#444", samples=4, size=(64, 48)
+    )
+    assert len(picture.scene.capsules) == 12 + 1 + 2 + 1
+    assert Path("a.png").read_bytes() == Path("b.png").read_bytes() == picture._repr_png_()
