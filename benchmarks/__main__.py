@@ -17,6 +17,7 @@ from benchmarks import (
     readme,
     samples,
     scale,
+    shading,
     speed,
     targets,
     view,
@@ -44,6 +45,7 @@ main.add_command(peers.command)
 main.add_command(readme.command)
 main.add_command(samples.command)
 main.add_command(scale.command)
+main.add_command(shading.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
 main.add_command(view.command)
