@@ -49,7 +49,7 @@ def test_layers_make_the_picture(look: dict[str, Any]) -> None:
     scene = figure(**look)
     expected = RENDERER.render(scene, *SIZE, dtype="uint8").astype(int)
     off = abs(drawn(scene) - expected).max(axis=2)
-    assert (off > 1).mean() < 0.03
+    assert (off > 1).mean() < 0.06
     assert off.max() < 90
     without = RENDERER.render(bare(scene), *SIZE, dtype="uint8")
     assert (abs(without - expected).max(axis=2) > 90).any()
@@ -71,7 +71,7 @@ def test_what_no_camera_changes_is_drawn_once() -> None:
 def test_nothing_is_left_of_a_film_with_every_mark() -> None:
     film = figure(**{key: value for look in LOOKS.values() for key, value in look.items()}).film
     film = replace(film, labels=(clrt.scene.film.Label("x", (0.0, 0.0, 0.0)),))
-    every = replace(clrt.load_scene("four-spheres"), film=film)
+    every = replace(figure(), film=film)
     assert not develop.has_marks(bare(every).film)
     for one in (STILL, MOVING):
         assert develop.has_marks(replace(film, **one))
