@@ -45,14 +45,13 @@ def drawn(scene: clrt.Scene, small: tuple[int, int] = SIZE) -> np.ndarray:
 
 @pytest.mark.parametrize("look", LOOKS.values(), ids=LOOKS)
 def test_layers_make_the_picture(look: dict[str, Any]) -> None:
-    """But for the edges of thin ink, which pages mix in sRGB and clrt in linear light."""
+    """But for the edges of thin ink over spheres: pages mix in sRGB, and clrt in linear light."""
     scene = figure(**look)
     expected = RENDERER.render(scene, *SIZE, dtype="uint8").astype(int)
     off = abs(drawn(scene) - expected).max(axis=2)
-    assert (off > 1).mean() < 0.06
-    assert off.max() < 90
-    without = RENDERER.render(bare(scene), *SIZE, dtype="uint8")
-    assert (abs(without - expected).max(axis=2) > 90).any()
+    without = abs(RENDERER.render(bare(scene), *SIZE, dtype="uint8") - expected).max(axis=2)
+    assert (off > 2).sum() < 0.5 * (without > 2).sum()
+    assert (off > 2).mean() < 0.01
 
 
 def test_lines_are_as_sharp_over_a_small_picture() -> None:
