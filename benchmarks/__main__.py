@@ -20,6 +20,7 @@ from benchmarks import (
     shading,
     speed,
     targets,
+    translucent,
     view,
     visibility,
 )
@@ -48,6 +49,7 @@ main.add_command(scale.command)
 main.add_command(shading.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
+main.add_command(translucent.command)
 main.add_command(view.command)
 main.add_command(visibility.command)
 
