@@ -59,11 +59,15 @@ class Overlay:
         film = scene.film
         if not develop.has_marks(film):
             return []
-        moving = replace(film, **STILL)
+        # A scale bar and axes are beside the colour bar: then all is drawn together.
+        together = film.scalebar is not None or bool(film.axes)
+        moving = film if together else replace(film, **STILL)
         layers = []
         if develop.has_marks(moving):
             seen = None if depth is None else _seen(_enlarged(depth, size))
             layers = _layers(replace(scene, film=moving), size, seen)
+        if together:
+            return layers
         still = replace(film, **MOVING)
         if self._still != (still, size):
             self._kept = _layers(replace(scene, film=still), size, None)
