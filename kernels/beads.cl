@@ -89,7 +89,8 @@ static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
 static Surface surface_of_beads(Vector point, ints hit, __global const Bead *beads,
                                 __global const int *materials_of,
                                 __global const Material *materials, __global const Glass *glass,
-                                real shadow_bias, const CapsuleList *capsules, ints *material) {
+                                real shadow_bias, const CapsuleList *capsules,
+                                const FaceList *faces, ints *material) {
     __private const INTEGER *sphere = EACH_INT(hit);
     __private reals own[4] = {0, 0, 0, 1}, exponents[1] = {0}, reflections[1] = {0};
     __private reals transmissions[1] = {0}, iors[1] = {1}, fresnels[1] = {0};
@@ -97,7 +98,9 @@ static Surface surface_of_beads(Vector point, ints hit, __global const Bead *bea
     __private ints indices[1] = {-1}, orders[1] = {0};
     for (int i = 0; i < LANES; i++) {
         if (sphere[i] < 0) continue;
-        if (CAPSULES && sphere[i] >= capsules->first) {
+        if (FACES && sphere[i] >= faces->first) {
+            EACH_REAL(own[3])[i] = 1;  // see mesh.cl
+        } else if (CAPSULES && sphere[i] >= capsules->first) {
             put_capsule(own, i, capsules->each + (sphere[i] - capsules->first), &point);
         } else {
             put_bead(own, i, beads + sphere[i]);

@@ -165,6 +165,21 @@ static void put_capsule_into(__global CapsuleLeaf *leaf, int j, int id,
     for (int a = 0; a < 3; a++) leaf->start[a][j] = start[a], leaf->axis[a][j] = axis[a];
 }
 
+// FACES: puts a triangle into place j of a leaf; 0: there is none.
+static void put_face_into(__global FaceLeaf *leaf, int j, int id, __global const Face *face,
+                          Box *box) {
+    leaf->id[j] = face ? id : -1;
+    leaf->closed[j] = face && face->reach == 0 ? -1 : 0;
+    for (int c = 0; c < 3; c++) {
+        real corner[3] = {NAN, NAN, NAN};
+        if (face) {
+            for (int a = 0; a < 3; a++) corner[a] = face->corner[c][a];
+            hold(box, corner, 0);
+        }
+        for (int a = 0; a < 3; a++) leaf->corner[c][a][j] = corner[a];
+    }
+}
+
 // TREE: the leaves of the lowest nodes and the boxes around them. things: of a kind, camera space. One
 // whose radius is NaN is left out: such a bead is in the list beside the tree. first: the id of the
 // first of them.
@@ -187,6 +202,10 @@ __kernel void fit_leaves(__global const int *order, int kind, __global const voi
                         __global const Capsule *one = (__global const Capsule *)things + place;
                         put_capsule_into((__global CapsuleLeaf *)leaves + l, j, id,
                                          place >= 0 && one->radius > 0 ? one : 0, &box);
+                    } else if (FACES && kind == OF_FACES) {
+                        __global const Face *one = (__global const Face *)things + place;
+                        put_face_into((__global FaceLeaf *)leaves + l, j, id,
+                                      place >= 0 && one->reach >= 0 ? one : 0, &box);
                     } else {
                         __global const Bead *one = (__global const Bead *)things + place;
                         put_bead_into((__global Leaf *)leaves + l, j, id,

@@ -21,6 +21,10 @@
 //   LIGHT_INSIDE   A light is inside a sphere.
 //   TREE           There is a tree over the spheres, for there are many.
 //   CAPSULES       There are capsules beside the spheres, in a tree of their own.
+//   FACES          There are triangles of meshes, in a tree of their own.
+//   SMOOTH         A mesh is shaded with normals between those of its corners.
+//   GOURAUD        A mesh is lit at its corners.
+//   CORNER_COLORS  A mesh has colours at its corners.
 //   SPHERE_COLORS  Spheres have colours of their own.
 //   AMBIENT        There is ambient light that reaches every point.
 //   ATTENUATION    A light gets weaker with distance.
@@ -44,7 +48,7 @@
 
 // A sample draws a light's, a lens' or a mirror's point at random. What capsules hide of a round light
 // has no closed form.
-#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT || (ROUND && CAPSULES))
+#define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT || (ROUND && (CAPSULES || FACES)))
 // Shadow rays lose a part of their light to what they enter.
 #define VEILED (NEST || OPACITY)
 // The hashes of paths are wanted.

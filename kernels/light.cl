@@ -1,14 +1,27 @@
 // Light: what lights the places where a packet's paths are.
 
+// SPHERE_COLORS and TREE: each lane's own colour, linear RGB.
+static Vector own_colors(const Scene *scene, const Path *path, const Place *place) {
+    Vector own = colors_of(scene->sphere_colors, path->hit.id);
+    if (CORNER_COLORS) {
+        Vector color = between(place->corners.color, place->corners.weight);
+        own = pick3(place->facing.there, times(own, color), own);
+    }
+    return own;
+}
+
 // The light of a row of shades, one of each material, that goes to the camera from the lanes that are on.
 static Vector shaded(const Scene *scene, const Path *path, const Place *place, ints on,
                      __global const Shade *row, reals diffuse, reals specular) {
     int s;
     Vector light = vector(0, 0, 0), own = vector(1, 1, 1);
     if (TREE) {
-        if (SPHERE_COLORS) own = colors_of(scene->sphere_colors, path->hit.id);
+        if (SPHERE_COLORS) own = own_colors(scene, path, place);
         FOR_EACH_OF(s, mine, PICK_INT(on, place->material, -1)) {
-            light = pick3(mine, blinn_phong(row + s, diffuse, specular, own), light);
+            Vector one = blinn_phong(row + s, diffuse, specular, own);
+            if (GOURAUD && CORNER_COLORS)
+                one = along(one, diffuse, times(splat(row[s].diffuse), place->tint));
+            light = pick3(mine, one, light);
         }
     } else {
         int material = scene->spheres[place->common].material;
@@ -136,12 +149,55 @@ static Seen see(const Scene *scene, Path *path, Place *place, int k) {
 // The highlight of a light in that direction: the specular term's cosine with its exponent.
 static reals highlight_of(const Path *path, const Place *place, Vector to_light) {
     Vector half_way = plus(to_light, path->to_camera), about = place->surface.normal;
+    if (SMOOTH) about = place->normal;
     if (PHONG) {
         about = pick3(place->phong, place->mirrored, about);
         half_way = pick3(place->phong, to_light, half_way);
     }
     reals specular = highlight(about, half_way, place->surface.exponent);
     return INDIRECT ? PICK(path->scattered, 0, specular) : specular;
+}
+
+// GOURAUD: adds what a light brings to one corner, by weight.
+static void light_corner(const Path *path, const Place *place, Vector point, Vector normal,
+                         Vector color, reals weight, Vector light, reals *diffuse, reals *specular,
+                         Vector *tinted) {
+    Vector to_light = unit(minus(light, point)), to_camera = path->to_camera;
+    if (!ORTHOGRAPHIC) to_camera = unit(minus(path->eye, point));
+    reals cosine = dot3(normal, to_light);
+    Vector half_way = plus(to_light, to_camera), about = normal;
+    if (PHONG) {
+        Vector mirrored = along(scaled(to_camera, -1), 2 * dot3(normal, to_camera), normal);
+        about = pick3(place->phong, mirrored, about);
+        half_way = pick3(place->phong, to_light, half_way);
+    }
+    reals shine = highlight(about, half_way, place->surface.exponent);
+    if (INDIRECT) shine = PICK(path->scattered, 0, shine);
+    reals share = PICK(cosine > 0, weight * cosine, 0);
+    *diffuse += share;
+    *specular += PICK(cosine >= 0, weight * shine, 0);
+    if (CORNER_COLORS) *tinted = along(*tinted, share, color);
+}
+
+// GOURAUD: what a light brings to the corners of faces, interpolated, in the lanes that want that.
+static void light_corners(const Path *path, Place *place, Vector light, reals *diffuse,
+                          reals *specular) {
+    ints mine = place->facing.there & (place->facing.shading == AT_CORNERS);
+    if (!ANY(mine)) return;
+    reals d = 0, s = 0;
+    Vector tinted = vector(0, 0, 0);
+    const FaceCorners *corners = &place->corners;
+    FOR_EACH_AXIS(light_corner(path, place, corners->point[a], corners->normal[a],
+                               corners->color[a], corners->weight[a], light, &d, &s, &tinted))
+    if (CORNER_COLORS) {
+        // A product is interpolated, which is not the product of what is interpolated.
+        Vector own = between(corners->color, corners->weight);
+        ints some = mine & (d > 0);
+        Vector more = minus(scaled(tinted, 1 / PICK(some, d, 1)), own);
+        place->tint = pick3(some, more, vector(0, 0, 0));
+    }
+    *diffuse = PICK(mine, d, *diffuse);
+    *specular = PICK(mine, s, *specular);
 }
 
 // Adds the colour that light k brings.
@@ -156,6 +212,12 @@ static void add_light(const Scene *scene, Path *path, Place *place, int k) {
     if (!ANY(seen.lit)) return;
     place->reached |= seen.lit;
     reals diffuse = seen.diffuse, specular = highlight_of(path, place, seen.ray.direction);
+    if (SMOOTH) {
+        ints smooth = place->facing.there & (place->facing.shading == BETWEEN_CORNERS);
+        reals cosine = dot3(place->normal, seen.ray.direction);
+        diffuse = PICK(smooth, larger(cosine, 0), diffuse);
+    }
+    if (GOURAUD) light_corners(path, place, splat(scene->lights[k].position), &diffuse, &specular);
     if (ATTENUATION) {
         reals left = faded(scene->lights + k, seen.distance);
         diffuse *= left;

@@ -25,7 +25,7 @@ typedef struct {
 static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
     Vector albedo = place->surface.diffuse;
     if (!SPHERE_COLORS) return albedo;
-    if (TREE) return times(albedo, colors_of(scene->sphere_colors, path->hit.id));
+    if (TREE) return times(albedo, own_colors(scene, path, place));
     int s;
     Vector own = color_of(scene->sphere_colors, place->common);
     FOR_OTHER_HITS(s, mine, path->hit.id, place->common) {

@@ -24,14 +24,19 @@ typedef struct {
 // Where a path is: what lights it, and where it goes on.
 typedef struct {
     Surface surface;
-    ints material;    // TREE: each lane's
-    int common;       // without TREE: a sphere that most lanes have hit
-    ints shown;       // the lanes that have hit a sphere from outside, which is what is shaded
-    ints out;         // NEST: the lanes at a far side
-    ints reached;     // the lanes that some light reaches
-    reals missed;     // ROUND: the part that no light reaches: mirrored light ends with it
-    ints phong;       // PHONG: the lanes with Phong's highlight
-    Vector mirrored;  // PHONG: light from there would be mirrored to the camera
+    ints material;        // TREE: each lane's
+    int common;           // without TREE: a sphere that most lanes have hit
+    ints shown;           // the lanes that have hit a sphere from outside, which is what is shaded
+    ints out;             // NEST: the lanes at a far side
+    ints reached;         // the lanes that some light reaches
+    reals missed;         // ROUND: the part that no light reaches: mirrored light ends with it
+    ints phong;           // PHONG: the lanes with Phong's highlight
+    Vector mirrored;      // PHONG: light from there would be mirrored to the camera
+    Facing facing;        // FACES
+    FaceCorners corners;  // GOURAUD or CORNER_COLORS
+    Vector
+        tint;  // GOURAUD and CORNER_COLORS: of diffuse light, if its is another than of all light
+    Vector normal;  // SMOOTH: that is shaded with
 } Place;
 
 // LENS: a point of the lens in camera space, and where the ray from there goes through the screen so that it meets the
@@ -94,7 +99,7 @@ static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through
     bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
     if (TILES) {
         path->hit = *known;
-        if (CAPSULES)
+        if (CAPSULES || FACES)
             path->hit = nearer_than_spheres(scene, path->hit, path->ray, (ints)(-1), common);
     } else if (ORTHOGRAPHIC && !TREE) {
         path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
@@ -146,7 +151,7 @@ static Surface surface_in_list(const Scene *scene, Path *path) {
 static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
     Surface surface = surface_of_beads(path->point, path->hit.id, scene->beads, scene->materials_of,
                                        scene->materials, scene->glass, scene->shadow_bias,
-                                       scene->capsules, material);
+                                       scene->capsules, scene->faces, material);
     for (int s = 0; s < scene->sphere_count; s++) {
         ints mine = path->hit.id == scene->ids[s];
         if (!ANY(mine)) continue;
@@ -155,6 +160,22 @@ static Surface surface_in_tree(const Scene *scene, Path *path, ints *material) {
         surface = pick_surface(mine, other, surface);
     }
     return surface;
+}
+
+// FACES: the faces that paths have met. Returns how far off them rays start.
+static reals arrive_at_faces(const Scene *scene, const Path *path, Place *place) {
+    Facing facing = facing_of(scene, path->ray, path->hit.id);
+    Surface *surface = &place->surface;
+    surface->normal = pick3(facing.there, facing.normal, surface->normal);
+    if (SMOOTH) place->normal = surface->normal;
+    if (SMOOTH || GOURAUD || CORNER_COLORS) {
+        FaceCorners corners = face_corners(scene, &facing, path->point, path->hit.id);
+        if (SMOOTH)
+            place->normal = pick3(facing.there, normal_between(&facing, &corners), surface->normal);
+        if (GOURAUD || CORNER_COLORS) place->corners = corners;
+    }
+    place->facing = facing;
+    return facing.lift;
 }
 
 // The place where paths are; their rays' origin is moved there.
@@ -168,10 +189,17 @@ static Place arrive(const Scene *scene, Path *path) {
     } else {
         place.surface = surface_in_list(scene, path);
     }
+    reals lift = scene->shadow_bias;
+    if (FACES) lift = arrive_at_faces(scene, path, &place);
     Vector normal = place.surface.normal;
-    path->ray.origin = along(path->point, scene->shadow_bias, normal);
+    path->ray.origin = along(path->point, lift, normal);
+    if (SMOOTH) normal = place.normal;
     place.shown = path->hit.id >= 0;
-    if (PATHS) path->hash = FOLLOWED(place.shown, path->hash, path->hit.id + 1);
+    if (PATHS) {
+        ints token = path->hit.id + 1;
+        if (FACES) token = PICK_INT(place.facing.there, place.facing.token, token);
+        path->hash = FOLLOWED(place.shown, path->hash, token);
+    }
     if (PHONG) {
         place.phong = place.surface.exponent < 0;
         place.surface.exponent = PICK(place.phong, -place.surface.exponent, place.surface.exponent);

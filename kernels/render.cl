@@ -67,6 +67,28 @@ static void render_tile(const Scene *scene, const Target *target, int column, in
     }
 }
 
+// REFINE: makes a pixel of a film.
+static void render_one(const Scene *scene, __global channel *film, int pixel, int width,
+                       int first_column, int first_row, int samples, __global const real *points) {
+    int column = pixel % width, row = pixel / width;
+    Sample sample = refined(scene, first_column + column, first_row + row, samples, points);
+    store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
+}
+
+// Makes the pixels of a packet. GATHER: of so many samples.
+static void render_packet(const Scene *scene, const Target *target, int column, int row,
+                          int first_column, int first_row, int samples, __global const real *points,
+                          __global const uint2 *table) {
+    Sample sample;
+    if (GATHER) {
+        sample = gathered(scene, first_column + column, first_row + row, samples, points, table);
+    } else {
+        Pixels at = pixels_at(scene->camera, first_column + column, first_row + row);
+        sample = traced(scene, at, (Draw){0}, 0);
+    }
+    store(target, sample, column, row);
+}
+
 // A work-item makes the pixels of one packet, or (TILES) of one tile, or (REFINE) one pixel.
 //
 // film: this band of `height` rows, width * CHANNELS each; its first pixel is (first_column,
@@ -94,7 +116,11 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
                      __global const Leaf *leaves, __global const Shape *shape, int first_capsule,
                      __global const Capsule *capsules, __global const Node *capsule_nodes,
                      __global const CapsuleLeaf *capsule_leaves,
-                     __global const Shape *capsule_shape) {
+                     __global const Shape *capsule_shape, int first_face,
+                     __global const Face *faces, __global const FaceLook *looks,
+                     __global const int *corners, __global const real *vertex_normals,
+                     __global const real *vertex_colors, __global const Node *face_nodes,
+                     __global const FaceLeaf *face_leaves, __global const Shape *face_shape) {
     Scene scene = {max_depth,      shadow_bias, camera,      sphere_count,   spheres,
                    material_count, materials,   light_count, lights,         shades,
                    encloses,       sky_count,   skies,       background,     sphere_colors,
@@ -109,12 +135,16 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
             first_capsule, capsules, {capsule_nodes, capsule_leaves, capsule_shape[0], glass}};
         scene.capsules[0] = list;
     }
+    if (FACES) {
+        Tree tree = {face_nodes, face_leaves, face_shape[0], glass};
+        FaceList list = {first_face, faces, looks, corners, vertex_normals, vertex_colors, tree};
+        scene.faces[0] = list;
+    }
     if (REFINE) {
         int item = get_global_id(0);
-        if (item >= count) return;
-        int pixel = list[from + item], column = pixel % width, row = pixel / width;
-        Sample sample = refined(&scene, first_column + column, first_row + row, samples, points);
-        store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
+        if (item < count)
+            render_one(&scene, film, list[from + item], width, first_column, first_row, samples,
+                       points);
         return;
     }
     Target target = {film, HASHED ? paths + (size_t)(first_row - top) * width : 0, width, height};
@@ -125,12 +155,5 @@ __kernel void render(__global channel *film, int first_row, int width, int heigh
     }
     int column = get_global_id(0) * ROW, row = get_global_id(1) * ROWS;
     if (column >= width) return;
-    Sample sample;
-    if (GATHER) {
-        sample = gathered(&scene, first_column + column, first_row + row, samples, points, table);
-    } else {
-        Pixels at = pixels_at(camera, first_column + column, first_row + row);
-        sample = traced(&scene, at, (Draw){0}, 0);
-    }
-    store(&target, sample, column, row);
+    render_packet(&scene, &target, column, row, first_column, first_row, samples, points, table);
 }

@@ -1,4 +1,4 @@
-// Scene: what a packet's rays meet: in the list of spheres, in their tree, in that of capsules.
+// Scene: what a packet's rays meet: in the list of spheres, in their tree, in those of capsules and faces.
 
 // The kernel's arguments, as functions take them.
 typedef struct {
@@ -25,6 +25,7 @@ typedef struct {
     __global const Bead *beads;
     Tree tree;
     CapsuleList capsules[CAPSULES];  // one, or none: a member that is there changes the code
+    FaceList faces[FACES];
 } Scene;
 
 // The end of rays that have none in common: so far that a beam begins where they do.
@@ -54,9 +55,11 @@ static Hit first_listed(const Scene *scene, Ray ray, ints on, bool line) {
     return nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
 }
 
-// CAPSULES: what rays meet first, beside the spheres that they do.
+// CAPSULES or FACES: what rays meet first, beside the spheres that they do.
 static Hit nearer_than_spheres(const Scene *scene, Hit hit, Ray ray, ints on, bool common) {
-    return nearest_in_tree(&scene->capsules->tree, OF_CAPSULES, hit, ray, on, common);
+    if (CAPSULES) hit = nearest_in_tree(&scene->capsules->tree, OF_CAPSULES, hit, ray, on, common);
+    if (FACES) hit = nearest_in_tree(&scene->faces->tree, OF_FACES, hit, ray, on, common);
+    return hit;
 }
 
 // What rays meet first, in the lanes that are on. common: they have one origin. line:
@@ -66,7 +69,8 @@ static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool lin
     if (TREE) {
         hit = first_listed(scene, ray, on, line);
         // Two returns: one would cost scenes of spheres other instructions.
-        if (!CAPSULES) return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
+        if (!CAPSULES && !FACES)
+            return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
         hit = nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);
         return nearer_than_spheres(scene, hit, ray, on, common);
     }
@@ -111,6 +115,12 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
         more = taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, light, on, false);
         taken = VEILED ? veiled(taken, on, more) : taken | more;
     }
+    if (FACES) {
+        on &= !takes_all(taken);
+        if (!ANY(on)) return taken;
+        more = taken_in_tree(&scene->faces->tree, OF_FACES, ray, distance, light, on, false);
+        taken = VEILED ? veiled(taken, on, more) : taken | more;
+    }
     return taken;
 }
 
@@ -138,6 +148,12 @@ static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
         if (!ANY(open)) return met;
         more =
             taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, FAR_AWAY, open, true);
+        met = OPACITY ? veiled(met, open, more) : met | (more != 0);
+    }
+    if (FACES) {
+        open = on & !(OPACITY ? met >= OPAQUE : met);
+        if (!ANY(open)) return met;
+        more = taken_in_tree(&scene->faces->tree, OF_FACES, ray, distance, FAR_AWAY, open, true);
         met = OPACITY ? veiled(met, open, more) : met | (more != 0);
     }
     return met;

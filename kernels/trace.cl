@@ -29,6 +29,7 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
         }
         Place place = arrive(scene, &path);
         first_normal = place.surface.normal;
+        if (SMOOTH) first_normal = place.normal;
         if (FILM_PASSES) break;
         add_lights(scene, &path, &place);
         ints alive;

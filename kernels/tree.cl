@@ -53,7 +53,7 @@ typedef struct {
 
 // What stands in a tree's leaves. Each kind has a leaf of its own, and in a scene a tree of its own.
 // Functions are given it as a constant, so that the compiler makes a walk for each.
-enum { OF_SPHERES, OF_CAPSULES };
+enum { OF_SPHERES, OF_CAPSULES, OF_FACES };
 
 // What the functions of a tree are given of it.
 typedef struct {

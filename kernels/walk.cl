@@ -6,6 +6,8 @@
 static __global const void *leaf_of(const Tree *tree, int kind, int e) {
     if (CAPSULES && kind == OF_CAPSULES)
         return (__global const CapsuleLeaf *)tree->leaves + (e - tree->shape.node_count);
+    if (FACES && kind == OF_FACES)
+        return (__global const FaceLeaf *)tree->leaves + (e - tree->shape.node_count);
     return (__global const Leaf *)tree->leaves + (e - tree->shape.node_count);
 }
 
@@ -14,6 +16,8 @@ static void nearest_of_leaf(const Tree *tree, int kind, __global const void *lea
                             const Single *ray, real *distance, INTEGER *id) {
     if (CAPSULES && kind == OF_CAPSULES) {
         nearest_capsule(leaf, ray, distance, id);
+    } else if (FACES && kind == OF_FACES) {
+        nearest_face(leaf, ray, distance, id);
     } else {
         nearest_sphere(leaf, ray, distance, id);
     }
@@ -24,6 +28,7 @@ static INTEGER taken_by_leaf(const Tree *tree, int kind, __global const void *le
                              const Single *ray, real limit, bool near, INTEGER taken) {
     if (CAPSULES && kind == OF_CAPSULES)
         return taken_by_capsules(tree, leaf, ray, limit, near, taken);
+    if (FACES && kind == OF_FACES) return taken_by_faces(tree, leaf, ray, limit, near, taken);
     return taken_by_spheres(tree, leaf, ray, limit, near, taken);
 }
 
@@ -31,19 +36,23 @@ static INTEGER taken_by_leaf(const Tree *tree, int kind, __global const void *le
 static uint leaf_in_beam(const Tree *tree, int kind, __global const void *leaf, const Beam *beam,
                          real end) {
     if (CAPSULES && kind == OF_CAPSULES) return capsules_in_beam(beam, leaf, end);
+    if (FACES && kind == OF_FACES) return faces_in_beam(beam, leaf, end);
     return spheres_in_beam(beam, leaf, end);
 }
 
 // TREE: tests those of a leaf. Returns whether one is nearer than what was hit before.
 static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
-                           Hit *hit, Ray ray, ints on) {
+                           const Beam *beam, Hit *hit, Ray ray, ints on) {
+    if (FACES && kind == OF_FACES) return nearer_faces(leaf, bits, beam, hit, ray, on);
     if (CAPSULES && kind == OF_CAPSULES) return nearer_capsules(leaf, bits, hit, ray, on);
     return nearer_spheres(leaf, bits, hit, ray, on);
 }
 
 // TREE: tests those of a leaf against shadow rays, see left_by_spheres().
 static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
-                         Left left, Ray ray, reals distance, ints on, bool near) {
+                         const Beam *beam, Left left, Ray ray, reals distance, ints on, bool near) {
+    if (FACES && kind == OF_FACES)
+        return left_by_faces(tree, leaf, bits, beam, left, ray, distance, on, near);
     if (CAPSULES && kind == OF_CAPSULES)
         return left_by_capsules(tree, leaf, bits, left, ray, distance, on, near);
     return left_by_spheres(tree, leaf, bits, left, ray, distance, on, near);
@@ -99,6 +108,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
     real slack = SLACK * largest_coordinate(ray.origin, on);
     Beam beam = beam_of(ray.origin, ray.direction, on, slack, common);
     if (!(beam.width < tree->shape.wide)) return false;
+    if (FACES && kind == OF_FACES && !has_one_shear(&beam, ray.direction, on)) return false;
     if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
     Hit hit = *found;
     int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
@@ -117,7 +127,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
             __global const void *leaf = leaf_of(tree, kind, e);
             uint bits = leaf_in_beam(tree, kind, leaf, &beam, end);
             left -= popcount(bits);
-            if (nearer_in_leaf(tree, kind, leaf, bits, &hit, ray, on))
+            if (nearer_in_leaf(tree, kind, leaf, bits, &beam, &hit, ray, on))
                 end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
         }
         e = next_of(stack, starts, &top, end);
@@ -147,6 +157,7 @@ static Hit nearest_in_tree(const Tree *tree, int kind, Hit hit, Ray ray, ints on
 static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end, Left *found,
                          Ray ray, reals distance, ints on, bool near) {
     Left left = *found;
+    if (FACES && kind == OF_FACES && !has_one_shear(beam, ray.direction, on)) return false;
     int stack[STACK], top = 0, budget = tree->shape.budget, e = 0;
     real starts[STACK];
     while (e >= 0 && budget > 0) {
@@ -162,7 +173,7 @@ static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end,
             __global const void *leaf = leaf_of(tree, kind, e);
             uint bits = leaf_in_beam(tree, kind, leaf, beam, end);
             budget -= popcount(bits);
-            left = left_by_leaf(tree, kind, leaf, bits, left, ray, distance, on, near);
+            left = left_by_leaf(tree, kind, leaf, bits, beam, left, ray, distance, on, near);
             if (!ANY(left.clear)) top = 0;
         }
         e = next_of(stack, starts, &top, INFINITY);

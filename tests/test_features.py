@@ -18,11 +18,13 @@ from clrt.renderer.pack.world import pack_world
 from clrt.scene.scene import Scene
 
 RANDOM = {"occlusion", "lens", "gloss", "indirect"}
+MESHES = {"faces", "smooth", "gouraud", "corner_colors"}
 NO_STAGE = {"hashed", "refine", "gather"}
 BEYOND_PAPER = {
     "long_lens",
     "tree",
     "capsules",
+    *MESHES,
     "nest",
     "split",
     "opacity",
@@ -35,7 +37,7 @@ BEYOND_PAPER = {
 SCENES: dict[str, set[str]] = {
     "as the paper": set(USES) - BEYOND_PAPER,
     "edges": {"hashed"}
-    | set(USES) - RANDOM - NO_STAGE - {"long_lens", "tree", "capsules", "nest", "split"},
+    | set(USES) - RANDOM - NO_STAGE - MESHES - {"long_lens", "tree", "capsules", "nest", "split"},
     "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic", "opacity"},
 }
 LANES_OF: dict[Precision, int] = {"robust": 16, "literal": 1, "double": 1}

@@ -99,11 +99,15 @@ SOME: dict[str, set[str]] = {
     "what is seen through": {"reflection", "opacity", "tree"},
     "all of few samples": {*LISTED, "tree", "nest", "split", "background", "round"},
     "capsules": {"tree", "capsules", "reflection"},
+    "faces": {"tree", "faces", "reflection"},
+    "meshes": {"tree", "faces", "smooth", "gouraud", "corner_colors", "sphere_colors", "opacity"},
     "at random": {
         *LISTED,
         "gather",
         "tree",
         "capsules",
+        "faces",
+        "smooth",
         "round",
         "lens",
         "occlusion",
@@ -122,7 +126,7 @@ def test_what_is_for_a_feature_is_in_no_program_without_it(device: cl.Device, na
     features = Features(4, "robust", "float", **dict.fromkeys(SOME[name], True))
     used = {k[2:]: v != "0" for k, v in (option.split("=") for option in features.options)}
     used["RANDOM"] = bool({"lens", "occlusion", "gloss", "indirect"} & SOME[name])
-    used["RANDOM"] |= {"round", "capsules"} <= SOME[name]
+    used["RANDOM"] |= "round" in SOME[name] and bool({"capsules", "faces"} & SOME[name])
     source = program.kernel_source()
     needs = {
         function: bool(eval(asks[1], {}, used))

@@ -31,10 +31,13 @@ SAMPLED = {"hashed", "refine", "gather", *RANDOM}
 def can_be(precision: str, film: str, some: set[str]) -> bool:
     """Whether some scene needs all of these at once."""
     stages = {"hashed", "refine", "gather"} & some
-    is_random = bool(RANDOM & some) or {"round", "capsules"} <= some
+    sampled = "round" in some and bool({"capsules", "faces"} & some)
+    is_random = bool(RANDOM & some) or sampled
     return not (
-        ("capsules" in some and "tree" not in some)
-        or ({"round", "capsules"} <= some and film == "paths")
+        ({"capsules", "faces"} & some and "tree" not in some)
+        or ({"smooth", "gouraud", "corner_colors"} & some and "faces" not in some)
+        or ("corner_colors" in some and "sphere_colors" not in some)
+        or (sampled and film == "paths")
         or {"orthographic", "long_lens"} <= some
         or {"orthographic", "lens"} <= some
         or ("split" in some and not {"nest", "reflection"} <= some)
@@ -42,9 +45,13 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
         or (
             precision == "literal"
-            and {"nest", "opacity", "round", "long_lens", "tree", "capsules", *SAMPLED} & some
+            and {"nest", "opacity", "round", "long_lens", "tree", "capsules", "faces", *SAMPLED}
+            & some
         )
-        or (film == "passes" and some - {"orthographic", "long_lens", "tree", "capsules", "nest"})
+        or (
+            film == "passes"
+            and some - {"orthographic", "long_lens", "tree", "capsules", "faces", "smooth", "nest"}
+        )
         or (film == "paths" and SAMPLED & some)
         # Where there is one, the film has alpha.
         or (film in ("float", "bytes") and "background" in some)
@@ -63,7 +70,14 @@ APART: tuple[set[str], ...] = (
         for others in ({"opacity"}, {"nest", "split", "indirect"})
     ),
 )
-SETS = dict.fromkeys(
+# Of three and more that need one another.
+TOGETHER = [
+    {"nest", "reflection", "split"},
+    {"faces", "smooth", "tree"},
+    {"faces", "gouraud", "tree"},
+    {"corner_colors", "faces", "sphere_colors", "tree"},
+]
+SETS = dict.fromkeys(tuple(sorted(some)) for some in TOGETHER) | dict.fromkeys(
     tuple(sorted(some - apart))
     for used in map(set, USED)
     for some in (used, set(USES) - used)

@@ -18,9 +18,10 @@ Array = NDArray[Any]
 
 WIDE = 16  # children of a node, spheres of a leaf
 MAX_LEVELS = 6  # of full nodes between the root's children and the lowest: 2^36 spheres
-# A beam is worth its while up to as many spheres in its cone, if they stood all around, and so many
-# tests of boxes and spheres (benchmarks/NOTES.md).
-SPHERES_IN_BEAM, BUDGET = 24, 48
+# A beam is worth its while up to as many things in its cone, if they stood all around, and so many
+# tests of boxes and things (benchmarks/NOTES.md).
+BEAMS = ((24, 48), (24, 48), (96, 160))
+"""Of each kind, as tree.cl counts them."""
 ITEMS = 4096  # work-items at most: PoCL would compile again for a larger grid
 COARSE_LEVELS = 6  # that are halved one after the other, before each work-item takes a part
 
@@ -83,6 +84,11 @@ def capsule_leaf_dtype(real: Any) -> np.dtype[Any]:
     ends = [("start", real, (3, WIDE)), ("axis", real, (3, WIDE))]
     rest = [("length", real, WIDE), ("radius", real, WIDE), ("id", np.int32, WIDE)]
     return np.dtype([*ends, *rest], align=True)
+
+
+def face_leaf_dtype(real: Any) -> np.dtype[Any]:
+    numbers = [("closed", np.int32, WIDE), ("id", np.int32, WIDE)]
+    return np.dtype([("corner", real, (3, 3, WIDE)), *numbers], align=True)
 
 
 def shape_dtype(real: Any) -> np.dtype[Any]:
@@ -174,8 +180,9 @@ class Tree:
         shape["node_count"], shape["lowest"] = starts[-1], starts[lowest]
         shape["per_node"], shape["inner"] = plan.leaves, plan.root - WIDE + 1
         shape["outer"] = starts[-1] - starts[lowest] * plan.leaves
-        shape["wide"] = 4 * np.pi * SPHERES_IN_BEAM / max(len(things), 1)
-        shape["budget"] = BUDGET
+        in_beam, budget = BEAMS[self._kind]
+        shape["wide"] = 4 * np.pi * in_beam / max(len(things), 1)
+        shape["budget"] = budget
         return {"things": where, "nodes": self._nodes, "leaves": self._leaves, "shape": shape}
 
     def looseness(self) -> float:

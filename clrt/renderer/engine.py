@@ -283,8 +283,6 @@ def _check_read(scene: Scene) -> None:
     """
     if scene.particles:
         raise RequestError("particles: expected none that are in files: clrt.Renderer reads them")
-    if scene.meshes:
-        raise RequestError("meshes: the kernels do not know them yet, expected none")
 
 
 def default_lanes(device: "cl.Device") -> int:

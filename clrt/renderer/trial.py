@@ -23,6 +23,7 @@ from clrt.scene.capsules import Capsule
 from clrt.scene.film import Film
 from clrt.scene.light import AmbientLight, Light, LightKind, SpotLight
 from clrt.scene.material import Material
+from clrt.scene.mesh import Mesh, Shading
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 from clrt.truth import tracer
@@ -173,8 +174,32 @@ def scene_for(features: Features) -> Scene:
         film=film,
         indirect=features.indirect,
         capsules=capsules,
+        meshes=_meshes(features) if features.faces else (),
         samples=SAMPLES if features.hashed or features.refine or features.gather else 1,
     )
+
+
+def _meshes(features: Features) -> tuple[Mesh, ...]:
+    """A closed one and one with two sides, of each shading that is asked for, before a mirror and a
+    sphere."""
+    asked: dict[Shading, bool] = {"phong": features.smooth, "gouraud": features.gouraud}
+    shadings: list[Shading] = [name for name, wanted in asked.items() if wanted] or ["flat"]
+    ends = np.concatenate([np.identity(3), -np.identity(3)])
+    ball = [(i, j, k) if i + j + k in (3, 6) else (i, k, j) for i in (0, 3) for j in (1, 4)
+            for k in (2, 5)]  # fmt: skip
+    ball = [face if np.linalg.det(ends[list(face)]) > 0 else face[::-1] for face in ball]
+    sheet = np.array([(0, 0, 0), (0.3, 0, 0.2), (0.3, 0.2, 0), (0, 0.25, 0.1)])
+    colors = np.random.default_rng(2).uniform(0.2, 1, (6, 3)) if features.corner_colors else None
+    found: list[Mesh] = []
+    for i, shading in enumerate(shadings):
+        material = "veil" if features.opacity else "matte"
+        few = None if colors is None else colors[:4]
+        apart = np.array((0.4 * i + 0.013, 0.007, 0))
+        closed = 0.2 * ends + np.array((0.9, 0, 0.3)) + apart
+        two_sided = sheet + np.array((-1.5, -0.2, 0.2)) + apart
+        found.append(Mesh(closed, ball, None, colors, material, shading))
+        found.append(Mesh(two_sided, [(0, 1, 2), (0, 3, 2)], None, few, material, shading))
+    return tuple(found)
 
 
 def wrong_pixels(film: Array, scene: Scene, features: Features) -> int:

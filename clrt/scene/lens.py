@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from clrt.scene.camera import Camera
 from clrt.scene.capsules import Capsule, Capsules
+from clrt.scene.mesh import Mesh
 from clrt.scene.spheres import Sphere, Spheres
 
 Array: TypeAlias = NDArray[Any]
@@ -66,6 +67,7 @@ def start(
     camera: Camera,
     spheres: Spheres,
     capsules: Capsules,
+    meshes: Sequence[Mesh],
     screen: Array,
     real: type[np.floating[Any]],
 ) -> Any:
@@ -86,13 +88,14 @@ def start(
         whole = replace(
             camera, position=tuple(place.tolist()), aperture_radius=0.0, focus_distance=None
         )
-        return max(start(whole, spheres, capsules, screen, real) - back, real(0))
+        return max(start(whole, spheres, capsules, meshes, screen, real) - back, real(0))
     find = _first_beside if camera.orthographic else _first_ahead
     seen = _seen(camera, spheres, real)
     firsts = [find(center, radius, screen.astype(real)) for center, radius, _ in seen]
     # The best that there is: of those that count, then of all.
     best = next(filter(np.isfinite, np.min(firsts, axis=0)), np.inf) if firsts else np.inf
     best = min(best, _first_of_capsules(camera, capsules, screen.astype(np.float64)))
+    best = min(best, _first_of_meshes(camera, meshes, screen.astype(np.float64)))
     return real(best if np.isfinite(best) else 0)
 
 
@@ -128,6 +131,16 @@ def _first_of_capsules(camera: Camera, capsules: Capsules, screen: Array) -> flo
         found = min(found, float((np.minimum(*parts) - radius[seen]).min(initial=np.inf)))
     corner = float(np.hypot(*screen))
     return found - corner / 8 if camera.orthographic else max(found * (1 - corner), 0)
+
+
+def _first_of_meshes(camera: Camera, meshes: Sequence[Mesh], screen: Array) -> float:
+    """What no face of some meshes is before, a little nearer; infinity if there are none."""
+    found, back = np.inf, np.array(camera.basis()[2])
+    for mesh in meshes:
+        ahead = (np.array(camera.position) - mesh.vertices) @ back
+        found = min(found, float(ahead.min(initial=np.inf)))
+    corner = np.hypot(*screen)
+    return float(found - corner / 8 if camera.orthographic else max(found * (1 - corner), 0))
 
 
 def _seen(

@@ -7,7 +7,7 @@ import numpy as np
 
 from clrt.errors import RequestError
 from clrt.renderer import samples
-from clrt.renderer.pack import capsules, lights, spheres
+from clrt.renderer.pack import capsules, lights, meshes, spheres
 from clrt.renderer.pack.features import Features, base_samples, has_tree, starts_ahead
 from clrt.renderer.pack.structs import (
     AXES,
@@ -27,7 +27,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.light import DirectionalLight
 from clrt.scene.scene import Scene
 
-NUMBERS = ("top", "from", "count", "samples", "sky_count", "first_capsule")
+NUMBERS = ("top", "from", "count", "samples", "sky_count", "first_capsule", "first_face")
 ORDER = (
     *("paths", "top", "list", "from", "count", "samples", "points", "table"),
     *("max_depth", "shadow_bias", "camera", "sphere_count", "spheres"),
@@ -35,6 +35,8 @@ ORDER = (
     *("sky_count", "skies", "background", "sphere_colors", "glass", "around", "lost"),
     *("ids", "materials_of", "beads", "nodes", "leaves", "shape"),
     *("first_capsule", "capsules", "capsule_nodes", "capsule_leaves", "capsule_shape"),
+    *("first_face", "faces", "looks", "corners", "vertex_normals", "vertex_colors"),
+    *("face_nodes", "face_leaves", "face_shape"),
 )
 """The kernel's arguments from `paths` on, see render.cl."""
 NOTHING: dict[str, Any] = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
@@ -168,8 +170,16 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
             rows = capsules.rows(
                 world.capsules, space.origin.astype(np.float64), float(space.scale), real
             )
-            rows[world.gone[world.gone >= n] - n, 3] = np.nan
+            gone = world.gone[(world.gone >= n) & (world.gone < n + len(rows))]
+            rows[gone - n, 3] = np.nan
             found |= {"first_capsule": np.int32(n), "capsules": rows}
+        if world.meshes:
+            first = n + len(world.capsules)
+            rows = meshes.rows(
+                world.meshes, space.origin.astype(np.float64), float(space.scale), real
+            )
+            rows[world.gone[world.gone >= first] - first, 9] = np.nan
+            found |= {"first_face": np.int32(first), "faces": rows, **world.of_faces}
     return found
 
 
@@ -182,7 +192,7 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
     ahead = wide(0)  # how far from the camera rays start
     if (scene.camera.orthographic and not literal) or starts_ahead(world, scene.camera):
         kind = np.float64 if many else wide
-        ahead = lens.start(scene.camera, world.spheres, world.capsules, screen, kind)
+        ahead = lens.start(scene.camera, world.spheres, world.capsules, world.meshes, screen, kind)
         origin = origin - ahead * basis[2]
     space = Space(origin, np.identity(3, wide) if many else basis, wide(1), wide(1))
     ids = None
@@ -190,6 +200,7 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
         here = origin.astype(np.float64)
         reach, giants = spheres.reach(world.spheres, here)
         reach = max(reach, capsules.reach(world.capsules, here))
+        reach = max(reach, meshes.reach(world.meshes, here))
         ids = np.union1d(giants, world.light_inside)
         if scene.camera.orthographic:
             # The tree's rays have a start.
@@ -212,7 +223,8 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
 def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
     """Raises RequestError: a sphere or a capsule that the camera sees is lost beside the farthest,
     which is no giant."""
-    radii, least = world.radii, LEAST_RADIUS[PRECISIONS[world.precision]] * extent
+    radii = world.radii[: len(world.spheres) + len(world.capsules)]
+    least = LEAST_RADIUS[PRECISIONS[world.precision]] * extent
     if not len(radii) or np.min(radii) >= least:
         return
     small = np.flatnonzero(radii < least)

@@ -37,6 +37,14 @@ class Features(msgspec.Struct, frozen=True):
     """There are so many spheres that a tree over them pays."""
     capsules: bool = False
     """There are capsules beside the spheres, in a tree of their own."""
+    faces: bool = False
+    """There are triangles of meshes, in a tree of their own."""
+    smooth: bool = False
+    """A mesh is shaded with normals between those of its corners."""
+    gouraud: bool = False
+    """A mesh is lit at its corners."""
+    corner_colors: bool = False
+    """A mesh has colours at its corners."""
     sphere_colors: bool = False
     """Spheres have colours of their own."""
     ambient: bool = False
@@ -76,7 +84,7 @@ class Features(msgspec.Struct, frozen=True):
     def is_random(self) -> bool:
         """Whether samples draw points at random: RANDOM of features.cl."""
         drawn = self.occlusion or self.lens or self.gloss or self.indirect
-        return drawn or (self.round and self.capsules)
+        return drawn or (self.round and (self.capsules or self.faces))
 
     @property
     def packet(self) -> tuple[int, int]:
@@ -152,6 +160,8 @@ def features_of(
         long_lens=starts_ahead(world, scene.camera),
         tree=has_tree(world),
         capsules=len(world.capsules) > 0,
+        faces=len(world.meshes) > 0,
+        smooth=any(mesh.shading == "phong" for mesh in world.meshes),
         nest=world.nest,
     )
     if film == "passes":  # the camera's rays end where they meet something, lit or not
@@ -163,6 +173,8 @@ def features_of(
         seen,
         reflection=_goes_on(world, scene),
         light_inside=len(world.light_inside) > 0,
+        gouraud=any(mesh.shading == "gouraud" for mesh in world.meshes),
+        corner_colors="vertex_colors" in world.of_faces,
         sphere_colors=world.colors is not None,
         ambient=len(world.shades) > len(world.shining) + len(world.skies),
         attenuation=any(map(_fades, world.shining)),
@@ -172,7 +184,8 @@ def features_of(
         opacity=world.is_translucent,
         background=_shows_background(world, scene),
         # What capsules hide of it is drawn at random, so a hash knows its middle only.
-        round=any(light.is_round for light in world.shining) and (random or not seen.capsules),
+        round=any(light.is_round for light in world.shining)
+        and (random or not (seen.capsules or seen.faces)),
         hashed=adaptive and stage == "picture",
         occlusion=random and len(world.skies) > 0,
         lens=random and scene.camera.has_lens,
@@ -185,7 +198,7 @@ def features_of(
 
 def has_tree(world: World) -> bool:
     """Whether there are trees: over the spheres, and over whatever else there is."""
-    many = len(world.spheres) >= TREE_FROM or len(world.capsules) > 0
+    many = len(world.spheres) >= TREE_FROM or len(world.capsules) > 0 or len(world.meshes) > 0
     return world.precision != "literal" and many
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from clrt.opencl import tree
-from clrt.renderer.pack import capsules, spheres
+from clrt.renderer.pack import capsules, meshes, spheres
 from clrt.renderer.pack.features import Features
 from clrt.renderer.pack.structs import Array, Real
 from clrt.renderer.pack.world import World
@@ -50,11 +50,24 @@ CAPSULES = Kind(
     lambda world: len(world.spheres),
     lambda world: capsules.tree_keys(world.capsules),
 )
+FACES = Kind(
+    2,
+    tree.face_leaf_dtype,
+    {
+        "things": "faces",
+        "nodes": "face_nodes",
+        "leaves": "face_leaves",
+        "shape": "face_shape",
+    },
+    lambda world: meshes.count(world.meshes),
+    lambda world: len(world.spheres) + len(world.capsules),
+    lambda world: meshes.tree_keys(world.meshes),
+)
 
-KINDS = (SPHERES, CAPSULES)
+KINDS = (SPHERES, CAPSULES, FACES)
 
 
 def kinds_of(features: Features) -> list[Kind]:
     """Those that have a tree."""
-    used = {SPHERES: features.tree, CAPSULES: features.capsules}
+    used = {SPHERES: features.tree, CAPSULES: features.capsules, FACES: features.faces}
     return [kind for kind in KINDS if used[kind]]

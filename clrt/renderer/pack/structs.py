@@ -82,6 +82,10 @@ def sphere_dtype(real: Real) -> np.dtype[Any]:
     )
 
 
+def face_look_dtype(real: Real) -> np.dtype[Any]:
+    return np.dtype([("normal", real, 3), ("shading", np.int32), ("token", np.int32)], align=True)
+
+
 def material_dtype(real: Real) -> np.dtype[Any]:
     names = ("exponent", "reflection", "transmission", "ior", "fresnel", "spread")
     return np.dtype([*((name, real) for name in names), ("diffuse", real, 3)])

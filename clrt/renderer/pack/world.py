@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from clrt.renderer import glass
-from clrt.renderer.pack import lights, spheres
+from clrt.renderer.pack import lights, meshes, spheres
 from clrt.renderer.pack.structs import (
     COLORS,
     MAX_COLOR,
@@ -25,6 +26,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.light import AmbientLight, LightKind, Shining
 from clrt.scene.material import Material
+from clrt.scene.mesh import Mesh
 from clrt.scene.rows import Rows
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere, Spheres
@@ -36,17 +38,18 @@ class World:
     """Of a scene, packed."""
 
     precision: Precision
-    given: tuple[Sequence[Sphere], Sequence[Capsule]]
+    given: tuple[Sequence[Sphere], Sequence[Capsule], Sequence[Mesh]]
     lights: Sequence[LightKind]
     materials: dict[str, Material]
     spheres: Spheres
     capsules: Capsules
+    meshes: Sequence[Mesh]
     shining: tuple[Shining, ...]
     """The lights that cast shadows."""
     skies: tuple[AmbientLight, ...]
     """Ambient light that spheres hide."""
     material_of: Array
-    """(things,) int32: the index of each one's material, of spheres, then of capsules."""
+    """(things,) int32: the index of each one's material, of spheres, capsules, faces."""
     light_inside: Array
     """int64: the spheres that a light is inside of, in order."""
     packed_materials: Array
@@ -61,22 +64,26 @@ class World:
     """(things,) of glass_dtype, if shadow rays lose a part of their light to some."""
     nest: int
     """How many transparent spheres a ray can be inside of at once."""
+    of_faces: dict[str, Array]
+    """More of the kernel's arguments: what of faces does not depend on the camera."""
     gone: Array
     """Indices of things that are as if they were not there."""
 
-    @property
+    @cached_property
     def radii(self) -> Array:
         """(things,) in the world's unit."""
-        if not len(self.capsules):
+        if not len(self.capsules) and not self.meshes:
             return self.spheres.radius
-        return np.concatenate([self.spheres.radius, self.capsules.radius])
+        parts = [self.spheres.radius, self.capsules.radius, meshes.radii(self.meshes)]
+        return np.concatenate(parts)
 
     def is_of(self, scene: Scene) -> bool:
         """Whether it is this scene's: by identity of what can be many."""
-        spheres, capsules = self.given
+        spheres, capsules, meshes = self.given
         return (
             spheres is scene.spheres
             and capsules is scene.capsules
+            and meshes is scene.meshes
             and self.lights == scene.lights
             and self.materials == scene.materials
         )
@@ -112,21 +119,24 @@ def pack_world(scene: Scene, precision: Precision) -> World:
             np.array([index[name] for name in things.names or ()], np.int32)[things.material_index]
             for things in (many, capsules)
         ]
+        + [meshes.per_face(scene.meshes, [index[mesh.material] for mesh in scene.meshes])]
     )
     opacity = spheres.opacities(materials, material_of, many)
     panes, nest, gone = spheres.panes(materials, material_of, many, opacity, real)
     with overflow(precision):
         packed_materials = _materials(materials, precision)
         shades = _shades(materials, shining, open_ambient, skies, precision)
-        colors = _colors([many, capsules], real)
+        colors = _colors([many, capsules, *scene.meshes], real)
+        of_faces = meshes.arguments(scene.meshes, len(many) + len(capsules), real)
     inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
     return World(
         precision=precision,
-        given=(scene.spheres, scene.capsules),
+        given=(scene.spheres, scene.capsules, scene.meshes),
         lights=scene.lights,
         materials=dict(scene.materials),
         spheres=many,
         capsules=capsules,
+        meshes=scene.meshes,
         shining=shining,
         skies=skies,
         material_of=material_of,
@@ -137,19 +147,21 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         is_translucent=opacity is not None,
         glass=panes,
         nest=nest,
+        of_faces=of_faces,
         gone=gone,
     )
 
 
-def _colors(parts: Sequence[Rows[Any]], real: Real) -> Array | None:
-    """(things, 3), if some have their own; the others are white."""
-    if all(part.color is None for part in parts):
+def _colors(parts: Sequence[Rows[Any] | Mesh], real: Real) -> Array | None:
+    """(things, 3), if some have their own; the others are white, as faces whose corners have."""
+    colors = [part.colors if isinstance(part, Mesh) else part.color for part in parts]
+    if all(color is None for color in colors):
         return None
     found = np.ones((sum(map(len, parts)), 3), real)
     start = 0
-    for part in parts:
-        if part.color is not None:
-            found[start : start + len(part)] = np.clip(part.color, -MAX_COLOR, MAX_COLOR)
+    for part, color in zip(parts, colors, strict=True):
+        if color is not None and not (isinstance(part, Mesh) and part.has_vertex_colors):
+            found[start : start + len(part)] = np.clip(color, -MAX_COLOR, MAX_COLOR)
         start += len(part)
     return found
 

@@ -1,0 +1,295 @@
+"""Faces of meshes in the kernels: no ray passes between them, and pictures are the truth's."""
+
+import numpy as np
+import pyopencl as cl
+import pytest
+from conftest import kernels_of, options, renderer_for
+from msgspec.structs import replace
+
+import clrt
+from benchmarks.triangles import ball, leaks
+from clrt import reference
+from clrt.film import metrics
+from clrt.renderer.pack.structs import PRECISIONS, Precision
+
+# By packet and by ray; with fused multiply-add and without; fronts only and both sides.
+WAYS: list[dict[str, object]] = [
+    {},
+    {"closed": False},
+    {"lanes": 1},
+    {"fma": False},
+    {"fma": False, "lanes": 1, "closed": False},
+    {"precision": "double"},
+    {"precision": "double", "fma": False},
+]
+
+
+def skip_without_float64(device: cl.Device, precision: object) -> None:
+    if precision == "double" and device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+
+
+@pytest.mark.parametrize("way", WAYS, ids=str)
+def test_no_ray_passes_between_faces(device: cl.Device, way) -> None:
+    skip_without_float64(device, way.get("precision"))
+    cast, missed = leaks(device, ball(20), 200_000, **way)
+    assert cast >= 200_000
+    assert missed == [0, 0, 0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", WAYS, ids=str)
+def test_of_ten_million_rays_none_passes_between_faces(device: cl.Device, way) -> None:
+    skip_without_float64(device, way.get("precision"))
+    assert leaks(device, ball(71), 10_000_000, **way)[1] == [0, 0, 0]
+
+
+def test_plain_products_let_rays_pass(device: cl.Device) -> None:
+    """So the rays are hard enough."""
+    assert sum(leaks(device, ball(20), 1_000_000, plain=True)[1]) > 20
+
+
+PAIRS = """
+// Ray i against triangle i, which is alone in its leaf; found: distances, infinity of a miss.
+__kernel void pairs(__global const real *rays, __global const Face *faces,
+                    __global FaceLeaf *leaves, __global real *found) {
+    int i = get_global_id(0);
+    __global FaceLeaf *leaf = leaves + i;
+    Box box = {{0, 0, 0}, {0, 0, 0}};
+    for (int j = 0; j < WIDE; j++) put_face_into(leaf, j, j ? -1 : 0, j ? 0 : faces + i, &box);
+    Single ray = {{rays[6 * i], rays[6 * i + 1], rays[6 * i + 2]},
+                  {rays[6 * i + 3], rays[6 * i + 4], rays[6 * i + 5]}, -1};
+    real distance = INFINITY;
+    INTEGER id = -1;
+    nearest_face(leaf, &ray, &distance, &id);
+    found[i] = distance;
+}
+"""
+MANY = 1 << 16
+
+
+def beside_edges(real, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rays (n, 6) that pass some roundings beside an edge, and triangles (n, 3, 3), a third of
+    them slivers."""
+    rng, i, u = np.random.default_rng(5), np.arange(MANY), np.finfo(real).eps / 2
+    origin = rng.uniform(-1, 1, (MANY, 3)).astype(real)
+    corners = rng.uniform(-1, 1, (MANY, 1, 3)) + size * rng.normal(size=(MANY, 3, 3))
+    thin = i % 3 == 0
+    a, b = corners[thin, 0], corners[thin, 1]
+    corners[thin, 2] = (
+        a + rng.random((len(a), 1)) * (b - a) + 1e-3 * size * rng.normal(size=a.shape)
+    )
+    corners = corners.astype(real)
+    w, c = rng.random((MANY, 1)), rng.integers(0, 3, MANY)
+    aim = corners[i, c].astype(np.longdouble) * (1 - w) + corners[i, (c + 1) % 3] * w
+    aim += 2 * u * rng.normal(size=aim.shape)
+    direction = aim - origin
+    direction /= np.sqrt((direction**2).sum(axis=1, keepdims=True))
+    return np.concatenate([origin, direction.astype(real)], axis=1), corners
+
+
+def to_segments(p: np.ndarray, q: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """How far the segments from p to q are from the lines from 0 along d."""
+    e = q - p
+    ee, ed, dd = (e * e).sum(1), (e * d).sum(1), (d * d).sum(1)
+    pe, pd = (p * e).sum(1), (p * d).sum(1)
+    den = ee * dd - ed * ed
+    s = np.clip(np.where(den > 0, (ed * pd - pe * dd) / np.where(den > 0, den, 1), 0), 0, 1)
+    x = p + s[:, np.newaxis] * e
+    x = x - ((x * d).sum(1) / dd)[:, np.newaxis] * d
+    return np.sqrt((x * x).sum(1))
+
+
+@pytest.mark.parametrize("precision", ["robust"])
+@pytest.mark.parametrize("size", [1e-3, 0.1, 3])
+def test_bounds(device: cl.Device, precision: Precision, size: float) -> None:
+    """A verdict is wrong only within 2 u max |f| of an edge, a hit is within 8 u max |f| of the
+    plane."""
+    skip_without_float64(device, precision)
+    real = PRECISIONS[precision]
+    wide, u = np.longdouble, np.finfo(real).eps / 2
+    if precision == "double" and np.finfo(wide).nmant == 52:
+        pytest.skip("long double is no wider than double here: nothing to check against")
+    rays, corners = beside_edges(real, size)
+    faces = np.concatenate([corners.reshape(-1, 9), np.ones((MANY, 1), real)], axis=1)
+    chosen = tuple(options(1, precision, tree=True, faces=True))
+    context, kernels = kernels_of(device, PAIRS, chosen)
+    queue, flags = cl.CommandQueue(context), cl.mem_flags
+    sent = [
+        cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(a))
+        for a in (rays, faces)
+    ]
+    leaves = cl.Buffer(context, flags.READ_WRITE, MANY * 1280)
+    found, where = np.empty(MANY, real), cl.Buffer(context, flags.WRITE_ONLY, MANY * rays.itemsize)
+    kernels["pairs"](queue, (MANY,), None, *sent, leaves, where)
+    cl.enqueue_copy(queue, found, where)
+    d, f = rays[:, 3:].astype(wide), corners.astype(wide) - rays[:, np.newaxis, :3].astype(wide)
+    a, b, c = f[:, 0], f[:, 1], f[:, 2]
+    signs = [(d * np.cross(p, q)).sum(1) for p, q in ((c, b), (a, c), (b, a))]
+    normal = np.cross(b - a, c - a)
+    distance = (a * normal).sum(1) / (d * normal).sum(1)
+    inside = np.all([s >= 0 for s in signs], 0) | np.all([s <= 0 for s in signs], 0)
+    most = np.sqrt((f**2).sum(2)).max(1)
+    ahead = abs(distance) > 64 * u * most  # else it starts in the plane
+    wrong = (np.isfinite(found) != (inside & (distance > 0))) & ahead
+    beside = np.min([to_segments(p, q, d) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    assert np.isfinite(found).mean() > 0.2
+    assert (beside[wrong] / (u * most[wrong])).max(initial=0) <= 2
+    hit = np.isfinite(found) & inside & (distance > 0)
+    unit = normal / np.sqrt((normal**2).sum(1, keepdims=True))
+    off = abs(((found[:, np.newaxis] * d - a) * unit).sum(1))
+    assert (off[hit] / (u * most[hit])).max() <= 8
+
+
+MATERIALS = {
+    "plain": clrt.Material((0.1, 0.1, 0.1), (0.7, 0.5, 0.2), (0.3, 0.3, 0.3), 128),
+    "mirror": clrt.Material((0, 0, 0.1), (0.3, 0.4, 0.5), (1, 1, 1), 300, reflection=0.5),
+    "veil": clrt.Material((0, 0.1, 0), (0.3, 0.7, 0.3), (1, 1, 1), 60, opacity=0.6),
+    "phong": clrt.Material((0.1, 0, 0), (0.7, 0.2, 0.2), (1, 1, 1), 40, highlight="phong"),
+}
+LIGHTS = (
+    clrt.Light((5, 5, 4)),
+    clrt.Light((-3, 2, 1), diffuse=(0.3, 0.3, 0.5), attenuation=(1, 0.1, 0.02)),
+    clrt.AmbientLight((0.2, 0.2, 0.2)),
+)
+CAMERA = clrt.Camera((0, 0, 0), (0, 0, -1))
+GROUND = clrt.Mesh(
+    [(-8, -1, 8), (8, -1, 8), (8, -1, -8), (-8, -1, -8)], [(0, 1, 2), (0, 2, 3)], material="mirror"
+)
+SIZE = (97, 55)
+
+
+def wavy(n: int = 24) -> clrt.Mesh:
+    """A sheet with two sides, seen from both."""
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
+    z = 0.35 * np.sin(4 * x) * np.cos(3 * y)
+    at = np.arange(n * n).reshape(n, n)
+    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    points = np.column_stack([1.1 * x.ravel(), 0.5 * y.ravel() + z.ravel(), 0.8 * y.ravel() - 2.2])
+    return clrt.Mesh(points, faces, material="plain")
+
+
+def of(mesh: clrt.Mesh, **others) -> clrt.Mesh:
+    """That mesh with some things changed."""
+    kept = {name: getattr(mesh, name) for name in ("normals", "colors", "material", "shading")}
+    return clrt.Mesh(mesh.vertices, mesh.faces, **{**kept, **others})
+
+
+def painted(mesh: clrt.Mesh, rows: int) -> np.ndarray:
+    return np.random.default_rng(rows).uniform(0.2, 1, (rows, 3))
+
+
+def scene_of(*meshes: clrt.Mesh, **others) -> clrt.Scene:
+    return replace(clrt.Scene(CAMERA, LIGHTS, MATERIALS, meshes=meshes, max_depth=3), **others)
+
+
+BALL, SHEET = of(ball(5), material="plain"), wavy()
+SPHERES = (
+    clrt.Sphere((0.4, -0.7, -1.5), 0.3, "mirror"),
+    clrt.Sphere((-0.5, 0.2, -1.2), 0.2, "veil"),
+)
+SCENES = {
+    "flat": scene_of(BALL),
+    "gouraud": scene_of(of(BALL, shading="gouraud", colors=painted(BALL, len(BALL.vertices)))),
+    "phong": scene_of(of(BALL, shading="phong", material="phong"), GROUND),
+    "sheet": scene_of(SHEET, GROUND),
+    "smooth sheet": scene_of(of(SHEET, shading="phong", material="mirror"), GROUND),
+    "gouraud sheet": scene_of(of(SHEET, shading="gouraud", material="phong"), GROUND),
+    "colors of faces": scene_of(of(BALL, colors=painted(BALL, len(BALL))), of(SHEET)),
+    "veil": replace(
+        scene_of(of(BALL, material="veil"), of(SHEET, material="veil")), spheres=SPHERES
+    ),
+    "with others": scene_of(
+        SHEET, GROUND, spheres=SPHERES[:1],
+        capsules=(clrt.Capsule((-1, -0.5, -2), (1, 0.5, -1.5), 0.1, "plain"),),
+    ),
+    "orthographic": scene_of(
+        SHEET, of(BALL, shading="phong"), GROUND,
+        camera=clrt.Camera((0.1, 0.5, 2), (0, 0, -2), projection="orthographic", height=2.5),
+    ),
+    "long lens": scene_of(
+        of(BALL, shading="gouraud"), SHEET, camera=clrt.Camera((9, 8, 60), (0, 0, -2), fov=2.5)
+    ),
+    "moved": scene_of(
+        of(clrt.Mesh(ball(5).vertices + np.float64(1e5), ball(5).faces), material="plain"),
+        camera=clrt.Camera((1e5, 1e5, 1e5), (1e5, 1e5, 1e5 - 1)),
+        lights=(clrt.Light((1e5 + 5, 1e5 + 5, 1e5 + 4)),),
+    ),
+    "slivers": scene_of(
+        clrt.Mesh([(-1, -0.5, -2), (1, -0.5, -2), (0, -0.5 + 2e-6, -2), (0, 0.6, -2.5)],
+                  [(0, 1, 2), (0, 2, 3), (2, 1, 3)], material="plain"),
+    ),
+    "coplanar": scene_of(
+        clrt.Mesh([(-1, -0.5, -2), (1, -0.5, -2), (0, 0.6, -2)], [(0, 1, 2)], material="plain"),
+        clrt.Mesh([(-1, -0.5, -2), (1, -0.5, -2), (0, 0.6, -2)], [(0, 1, 2)], material="mirror"),
+    ),
+    "through the camera": scene_of(
+        clrt.Mesh([(-1, -0.4, 1), (1, -0.4, 1), (0, 0.3, -2)], [(0, 1, 2)], material="plain"),
+        GROUND,
+    ),
+}  # fmt: skip
+
+
+def faults(image: np.ndarray, paths: np.ndarray, truth: reference.Trace, bound: float) -> int:
+    """Pixels that are off by more than that where the path is the truth's."""
+    return int(((metrics.pixel_error(image, truth.image) > bound) & (paths == truth.paths)).sum())
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_pictures_are_the_truths(device: cl.Device, name: str) -> None:
+    scene = SCENES[name]
+    truth = reference.trace(scene, *SIZE)
+    for precision, lanes, bound in (("robust", 16, 1 / 1020), ("double", 16, 1e-6)):
+        skip_without_float64(device, precision)
+        renderer = renderer_for(device, lanes, precision)
+        image, paths = renderer.render(scene, *SIZE), renderer.paths(scene, *SIZE)
+        assert faults(image, paths, truth, bound) == 0
+        assert (paths != truth.paths).mean() < 0.004
+
+
+@pytest.mark.parametrize("name", ["smooth sheet", "veil", "with others"])
+def test_every_way_gives_the_same_bits(device: cl.Device, name: str) -> None:
+    """Ray by ray, in packets, and a part of the picture."""
+    scene = SCENES[name]
+    whole = renderer_for(device, 16).render(scene, *SIZE)
+    part = renderer_for(device, 16).render(scene, *SIZE, region=(13, 7, 60, 41))
+    assert (whole[7:41, 13:60] == part).all()
+    one = renderer_for(device, 1).render(scene, *SIZE)
+    assert (abs(one - whole).max(axis=2) > 1e-5).mean() < 0.002
+
+
+def test_a_mesh_is_one_thing_to_samples_and_its_faces_are_of_passes(device: cl.Device) -> None:
+    scene = scene_of(of(BALL, shading="phong"), GROUND, max_depth=1, lights=())
+    renderer = renderer_for(device, 16)
+    paths = renderer.paths(scene, *SIZE)
+    assert len(np.unique(paths)) == 3
+    _, passes = renderer.render(scene, *SIZE, passes=["id", "normal"])
+    assert len(np.unique(passes["id"])) > 100
+    assert passes["id"].max() == len(BALL) + 1
+    length = np.sqrt((passes["normal"] ** 2).sum(axis=2))
+    assert np.allclose(length[passes["id"] >= 0], 1, atol=1e-6)
+
+
+def test_skies_are_hidden_by_faces(device: cl.Device) -> None:
+    """A plate close over the ground leaves a sliver of the sky; far from it the sky is open."""
+    plate = clrt.Mesh([(-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)], [(0, 1, 2), (0, 2, 3)],
+                      material="white")  # fmt: skip
+    white = clrt.Material((1, 1, 1), (0, 0, 0), (0, 0, 0), 1)
+    sky = clrt.AmbientLight((1, 1, 1), occlusion=True)
+    low = clrt.Mesh(plate.vertices - (0, 0.02, 0), plate.faces, material="white")
+    camera = clrt.Camera((0, -0.01, 0), (0, -0.012, -0.01))
+    scene = clrt.Scene(camera, (sky,), {"white": white}, meshes=(low,), samples=64)
+    assert np.allclose(renderer_for(device, 16).render(scene, 16, 9)[5:], 1, atol=1e-6)
+    covered = replace(scene, meshes=(low, plate))
+    assert renderer_for(device, 16).render(covered, 16, 9)[5:].max() < 0.01
+
+
+def test_round_lights_have_soft_shadows_of_faces(device: cl.Device) -> None:
+    card = clrt.Mesh([(-1, 0.5, -1), (-1, 0.5, -3), (0, 0.5, -3), (0, 0.5, -1)],
+                     [(0, 1, 2), (0, 2, 3)], material="plain")  # fmt: skip
+    lamp = clrt.Light((0, 4, -2), radius=0.8)
+    scene = scene_of(card, GROUND, lights=(lamp,), samples=64, max_depth=1)
+    soft = renderer_for(device, 16).render(scene, *SIZE)
+    hard = renderer_for(device, 16).render(replace(scene, lights=(clrt.Light((0, 4, -2)),)), *SIZE)
+    assert len(np.unique(soft.round(3))) > 2 * len(np.unique(hard.round(3)))
