@@ -17,8 +17,10 @@ from benchmarks import (
     readme,
     samples,
     scale,
+    shading,
     speed,
     targets,
+    translucent,
     view,
     visibility,
 )
@@ -44,8 +46,10 @@ main.add_command(peers.command)
 main.add_command(readme.command)
 main.add_command(samples.command)
 main.add_command(scale.command)
+main.add_command(shading.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
+main.add_command(translucent.command)
 main.add_command(view.command)
 main.add_command(visibility.command)
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import click
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 import clrt
@@ -126,6 +127,10 @@ def command(quick: bool, embree: Path | None) -> None:
             print(f"{kind} {n:,}, depth {depth}: done", file=sys.stderr)
     print(f"{size[0]}x{size[1]}, ms\n")
     print(harness.table(HEAD, [row(figure) for figure in figures]))
+    for figure in figures:
+        seen, trace = (1e3 * figure[what]["median"] for what in ("seen", "trace"))
+        what = f"{figure['kind']} {figure['spheres']:,}, depth {figure['depth']}"
+        print(f"{what}: what is seen first takes {seen:.1f} ms of {trace:.1f}")
     crossover = {f"{k}, depth {d}": crossing(figures, k, d) for k, _, d in KINDS}
     for what, n in crossover.items():
         print(f"\n{what}: the tree is quicker than the list from {n:.0f} spheres on")
@@ -170,6 +175,8 @@ def measure(
             renderer = Renderer()
             contenders["trace"] = harness.kernel_time(renderer, scene, *size, np.float32, frames)
             contenders["trace"]()  # packs and builds, with a tree however few there are
+            contenders["seen"] = first_hits(renderer, replace(scene, lights=()), size, frames)
+            contenders["seen"]()
             if len(spheres) <= LINEAR_TO:
                 needs.TREE_FROM = sys.maxsize
                 listed = Renderer()
@@ -210,6 +217,22 @@ def measure(
     if builds:
         found["embree_build"] = harness.summary(builds)
     return found
+
+
+def first_hits(
+    renderer: Renderer, scene: Scene, size: tuple[int, int], frames: int
+) -> Callable[[], float]:
+    """A contender: the median kernel time of what the camera sees first, by the film of paths of a
+    scene without lights: camera rays and surfaces, nothing else."""
+
+    def run() -> float:
+        times = []
+        for _ in range(frames):
+            renderer.paths(scene, *size)
+            times.append(renderer.kernel_seconds)
+        return statistics.median(times)
+
+    return run
 
 
 def row(figure: dict[str, Any]) -> Sequence[str]:

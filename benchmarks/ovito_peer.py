@@ -6,7 +6,7 @@ from typing import Any
 
 # Its arguments: words().
 SCRIPT = """
-import json, sys
+import json, sys, time
 import numpy as np
 from ovito.data import DataCollection
 from ovito.pipeline import Pipeline, StaticSource
@@ -18,16 +18,20 @@ particles = collection.create_particles(count=len(center))
 particles.create_property("Position", data=center)
 particles.create_property("Radius", data=radius)
 particles.create_property("Color", data=np.full((len(center), 3), float(sys.argv[5])))
+if "opacity" in data:
+    particles.create_property("Transparency", data=1 - data["opacity"])
 Pipeline(source=StaticSource(data=collection)).add_to_scene()
 width, height, whole = map(int, sys.argv[6:])
 fov = 2 * np.arctan(9 / 16 * height / whole)  # upright
 viewport = Viewport(type=Viewport.Type.Perspective, fov=fov)
 viewport.camera_pos, viewport.camera_dir = (0, 0, 1), (0, 0, -1)
 kinds = {"Tachyon": TachyonRenderer, "OSPRay": OSPRayRenderer}
+started = time.perf_counter()
 viewport.render_image(
     size=(width, height), filename=sys.argv[2], background=(0, 0, 0),
     renderer=kinds[sys.argv[3]](**json.loads(sys.argv[4])),
 )
+print(time.perf_counter() - started)
 """
 
 ONE_SAMPLE: dict[str, dict[str, Any]] = {
@@ -48,7 +52,7 @@ def words(
     """A script and its arguments: the middle of a picture of `whole` rows.
 
     Args:
-        atoms: .npz with `center` and `radius`.
+        atoms: .npz with `center` and `radius`, and `opacity` if some are seen through.
         renderer, options: a key of ONE_SAMPLE and keywords of OVITO's class of that name.
         size: of what is rendered, columns and rows.
         albedo: of all atoms, grey.

@@ -9,7 +9,18 @@ from typing import Any
 
 import click
 
-from benchmarks import features, files, harness, many, peers, samples, scale, view, visibility
+from benchmarks import (
+    features,
+    files,
+    harness,
+    many,
+    peers,
+    samples,
+    scale,
+    shading,
+    view,
+    visibility,
+)
 
 ROOT = Path(__file__).parents[1]
 Figures = dict[str, Any]
@@ -196,6 +207,7 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "files": ("files", lambda f: files.table(f["files"])),
     "scale": ("scale", scale.report),
     "view": ("view", lambda f: view.table(f["scenes"])),
+    "shading": ("shading", shading.tabulated),
     "visibility": ("visibility", visibility.tabulated),
     **{name: ("samples", table) for name, table in samples.TABLES.items()},
 }

@@ -8,6 +8,9 @@
 #define ACROSS (SIDE / ROW)  // packets of a row of a tile
 #define DOWN (SIDE / ROWS)   // and rows of them
 #define BLOCKS (ACROSS * DOWN)
+// A tile's beam is given up where it is so many times as wide as a packet's may be: 1.5 spheres a
+// pixel. Small pictures of many spheres are quicker packet by packet (benchmarks/NOTES.md).
+#define WIDE_TILE 64
 
 // The rays of a tile's packets, and what they have met.
 typedef struct {
@@ -199,7 +202,7 @@ static void bound_beam(Beam *beam, int k, const Corners *corners, real slack) {
     beam->high_c[k] = hc + slack * (1 + fabs(hq));
 }
 
-// TILES: makes the beam around the rays of a tile; whether they have an axis in common.
+// TILES: makes the beam around the rays of a tile; whether they have an axis in common, and it pays.
 static bool aim_tile(const Scene *scene, Tile *tile) {
     real largest;
     Corners corners = corners_of(scene, tile, &largest);
@@ -229,7 +232,13 @@ static bool aim_tile(const Scene *scene, Tile *tile) {
         square += least * least;
     }
     tile->forward = (1 + 8 * UNIT_ROUNDOFF) / sqrt(square);
-    return true;
+    if (ORTHOGRAPHIC || LONG_LENS) {
+        // As many spheres are in a cone of that width as in a bar of this one, through a ball of radius 1.
+        real ahead = LONG_LENS ? dot_real(scene->camera->eye, scene->camera->back) : 1;
+        real side = 2 * SIDE * ahead;
+        beam->width = 6 * (side * scene->camera->step[0]) * (side * scene->camera->step[1]);
+    }
+    return beam->width < WIDE_TILE * scene->tree.shape.wide;
 }
 
 // TILES: the pixels of a packet.

@@ -69,6 +69,9 @@ def test_colours_of_arrows() -> None:
     red = arrows(vector_color="red").color
     assert red is not None
     assert (red == color.linear(np.array([255, 0, 0], np.uint8))).all()
+    shade: Any = np.array([1.0, 0, 0])
+    given = compose.scene(HERE, Look(vectors="v", vector_color=shade))
+    assert np.array_equal(given.capsules.color, red)  # type: ignore[attr-defined]
 
 
 def test_frames_have_arrows_of_one_scale(tmp_path: Path) -> None:

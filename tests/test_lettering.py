@@ -18,6 +18,7 @@ WANTED = (
     "".join(map(chr, [*range(0xA0, 0x100)])),
     "ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩαβγδεζηθικλμνξοπρςστυφχψω",
     "Åµ°±×√∞−–—·≤≥≈∂∇∫∑∏→ₓₐħℓ′″‰",  # noqa: RUF001
+    "АБВГДЕЖЗИЙКЛМНОПРСТУФХЦЧШЩЪЫЬЭЮЯабвгдежзийклмнопрстуфхцчшщъыьэюяёіїєў",
     "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻₀₁₂₃₄₅₆₇₈₉₊₋",
 )
 
@@ -50,7 +51,7 @@ def test_others_are_said_with_what_brings_them(plain: None) -> None:
 
 def test_the_whole_font_has_more() -> None:
     pytest.importorskip("matplotlib")
-    assert lettering.legible("⁂ ☂ Ж") == ("⁂ ☂ Ж", True)
+    assert lettering.legible("⁂ ☂ Ѣ") == ("⁂ ☂ Ѣ", True)
     with pytest.warns(SceneWarning, match="水: not in DejaVu Sans, left out of 'a 水'"):
         assert lettering.legible("a 水") == ("a ?", True)
     same = [lettering.font(50.0, whole).getlength("speed (Å/ps)") for whole in (False, True)]

@@ -147,6 +147,9 @@ def test_what_is_closed_and_inside_out_is_turned(split: bool, where: float) -> N
         middle = mesh.corners.mean(axis=1) - vertices.mean(axis=0)
         assert np.einsum("ij,ij->i", mesh.face_normals, middle) == pytest.approx(0.5)
         assert (np.einsum("ijk,ijk->ij", mesh.corner_normals, mesh.corners - where - 0.5) > 0).all()
+    # Normals that are against the faces are turned, be these open or closed.
+    for some in (faces, faces[:, ::-1], faces[:-1]):
+        assert (Mesh(vertices, some, -out).normals == out).all()
     # One that is open stays as it is.
     assert (Mesh(vertices, faces[:-1, ::-1]).faces == faces[:-1, ::-1]).all()
 

@@ -227,11 +227,25 @@ TWELVE = {
             clrt.Light((2, 2, 2), attenuation=(0.5, 0.1, 0.1)),
         ),
     ),
+    "capsules": replace(
+        heap(20),
+        capsules=clrt.Capsules(
+            RANDOM.uniform(-1, 1, (30, 3)),
+            RANDOM.uniform(-1, 1, (30, 3)),
+            RANDOM.uniform(0.02, 0.2, 30),
+            np.where(np.arange(30) % 3 == 0, "matte", "veil"),
+        ),
+    ),
     "a long lens": heap(80, camera=clrt.Camera((30, 40, 300), (0, 0, 0), fov=0.6)),
 }  # fmt: skip
 
 
-SLOW = {"a long lens", "all lights", "around the eye and the light"}  # programs of their own
+SLOW = {
+    "a long lens",
+    "all lights",
+    "around the eye and the light",
+    "capsules",
+}  # programs of their own
 
 
 @pytest.mark.parametrize(
@@ -302,3 +316,32 @@ def test_what_is_opaque_has_the_program_of_before(device: cl.Device) -> None:
     assert not used[0].opacity
     one, two = (renderer_for(device, 16).render(scene, *SIZE) for scene in scenes)
     assert (one == two).all()
+
+
+@pytest.mark.parametrize("many", [False, True])
+@pytest.mark.parametrize(
+    "light",
+    [clrt.Light((0, 9, 0), radius=2.0), clrt.AmbientLight(occlusion=True)],
+    ids=["round", "sky"],
+)
+def test_what_is_hidden_in_part_grows_with_the_opacity(
+    device: cl.Device, light: Any, many: bool
+) -> None:
+    """Of one ball above a floor: as much as the opaque one hides, times its opacity."""
+    floor = clrt.Sphere((0, -1e4, 0), 1e4, "floor")
+    far = [clrt.Sphere((50 + 3.0 * i, 1, 60), 0.01, "floor") for i in range(60 * many)]
+    materials = {"floor": clrt.Material(ambient=(0.5, 0.5, 0.5))}
+    if isinstance(light, clrt.Light):
+        light = replace(light, ambient=(0, 0, 0))
+    samples = 1 if isinstance(light, clrt.Light) else 4  # the round light has a closed form
+    camera = clrt.Camera((0, 1, 3), (0, 0, 0), fov=40)
+
+    def seen(opacity: float) -> Any:
+        ball = clrt.Sphere((0.3, 3, 0), 1, "floor", opacity=opacity)
+        scene = clrt.Scene(camera, [light], materials, [floor, ball, *far], samples=samples)
+        return renderer_for(device, 16).render(scene, 32, 16)
+
+    # Nearly nothing, lest the program is the opaque one's and rounds otherwise.
+    clear, half, full = seen(1e-9), seen(0.4), seen(1 - 1e-7)
+    assert abs(full - clear).max() > 0.05
+    assert half == pytest.approx(0.6 * clear + 0.4 * full, abs=3e-6)

@@ -190,9 +190,10 @@ LIT = (0.6, -0.8, -2.0)  # the key light's way, right, up and back of the camera
 
 @pytest.mark.parametrize("srgb", [(255, 0, 0), (68, 1, 84), (128, 128, 128), (255, 255, 255)])
 def test_a_fully_lit_matte_sphere_has_the_colour_of_the_bar(srgb: tuple[int, int, int]) -> None:
-    """Where its normal is towards the key light."""
+    """Where its normal is towards the middle of the key light, which is 10 degrees wide: a point at
+    its edge alone gives 254 in place of 255."""
     colors = np.array([srgb], np.uint8)
-    options: dict[str, Any] = {"margin": 0, "view": "x", "renderer": RENDERER, "samples": 1}
+    options: dict[str, Any] = {"margin": 0, "view": "x", "renderer": RENDERER, "samples": 64}
     picture = clrt.plot([[1, 2, 3]], radii=2, colors=colors, size=(201, 201), **options)
     right, up, _ = -np.array(LIT) / np.linalg.norm(LIT)
     row, column = round(100 - 100 * up), round(100 + 100 * right)

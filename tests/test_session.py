@@ -47,6 +47,16 @@ def test_nothing_is_due_before_the_size_is_known() -> None:
     assert (shot.size, shot.scene) == ((80, 45), clrt.load_scene("four-spheres"))
 
 
+def test_a_scale_bar_is_there_as_long_as_the_camera_has_one() -> None:
+    flat = replace(START, projection="orthographic", fov=None, height=2.0)
+    film = clrt.Film(scalebar=0.5)
+    subject = of(replace(clrt.load_scene("four-spheres"), camera=flat, film=film))
+    there, back = ({"do": "project", "projection": p} for p in ("perspective", "orthographic"))
+    assert session(there, subject=subject).scene.camera.projection == "perspective"
+    assert session(there, subject=subject).scene.film.scalebar is None
+    assert session(there, back, subject=subject).scene.film == film
+
+
 def test_a_drag_to_the_right_shows_the_left_side() -> None:
     """Half the height is a quarter turn."""
     x, y, z = camera({"do": "turn", "x": 22.5, "y": 0}).position

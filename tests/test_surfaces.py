@@ -111,6 +111,11 @@ def test_sources(file: Path) -> None:
         sources.look(mesh_color="red")
 
 
+def test_check_says_what_a_mesh_is(file: Path) -> None:
+    found = CliRunner().invoke(main, ["check", str(file)]).output
+    assert found == f"{file}: 320 faces, 162 vertices, closed\n  has       no normals or colours\n"
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -20,9 +20,15 @@ MANY = 12
 @click.argument("scene")
 def check(scene: str) -> None:
     """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it; or says what a
-    file of particles holds: its columns, which expressions can name, and what is not used."""
+    file of particles holds: its columns, which expressions can name, and what is not used; or of
+    a mesh whether it is closed."""
+    from clrt.files.meshes.reader import is_mesh
     from clrt.files.particles.suffix import is_particles
 
+    if is_mesh(Path(scene)):
+        for line in _mesh(scene):
+            click.echo(line)
+        return
     if is_particles(Path(scene)):
         for line in _particles(scene):
             click.echo(line)
@@ -44,6 +50,20 @@ def check(scene: str) -> None:
         f"{len(loaded.materials)} materials, {len(loaded.lights)} lights, "
         f"max_depth {loaded.max_depth}, shadow_bias {loaded.shadow_bias:g}"
     )
+
+
+def _mesh(path: str) -> Iterator[str]:
+    from clrt.files.meshes.reader import read_mesh
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mesh = read_mesh(path)
+    closed = "closed" if mesh.closed else "open"
+    yield f"{path}: {len(mesh)} faces, {len(mesh.vertices)} vertices, {closed}"
+    has = [name for name in ("normals", "colors") if getattr(mesh, name) is not None]
+    yield f"  has       {', '.join(has) or 'no normals or colours'}"
+    for text in dict.fromkeys(str(warning.message) for warning in said):
+        yield f"  note      {_plain(text)}"
 
 
 def _particles(path: str) -> Iterator[str]:

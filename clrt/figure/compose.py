@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from msgspec.structs import replace
+from msgspec.structs import force_setattr, replace
 
 from clrt.errors import SceneError
 from clrt.figure import framing, styles, surfaces
@@ -132,6 +132,8 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
             given = getattr(self, key)
             if not (isinstance(given, str) and given == ATOMS):
                 color.srgb(key, given)
+                if not isinstance(given, str):
+                    force_setattr(self, key, tuple(given))  # an array is equal to nothing
         styles.style(self.style)
         try:
             width, height = map(operator.index, self.size)

@@ -97,8 +97,14 @@ class Dispatcher:
             # The picture before may have been a small one, hence the bound.
             if loose <= 2 and seconds * (loose - 1) <= tree.build_seconds:
                 return fitted
-        keys = kind.keys(world) if kind.count(world) else np.zeros((1, 4), np.float32)
-        tree = Tree(keys, self._queue, kernels, kind.number, kind.leaf)
+        # Nothing here keeps the keys while the tree is fitted: they are 160 MB of 10^7 spheres.
+        tree = Tree(
+            kind.keys(world) if kind.count(world) else np.zeros((1, 4), np.float32),
+            self._queue,
+            kernels,
+            kind.number,
+            kind.leaf,
+        )
         self.trees[kind.number] = tree
         return tree.fit(things, kernels, first)
 

@@ -25,8 +25,8 @@ class Mesh:
 
     Faces without area are dropped, with a warning that counts them. A mesh is closed if each of its
     edges has two faces, in opposite directions, and it holds something; it is then seen from
-    outside only. A closed mesh that is inside out, so that its volume is negative, is turned: its
-    faces, and its normals.
+    outside only. Faces of a closed mesh that is inside out, so that its volume is negative, are
+    turned. Normals that are against the faces', as a whole, are turned: scikit-image gives such.
 
     Args:
         vertices: (n, 3), world units. float32 and float64 are kept as they are; others become
@@ -68,7 +68,9 @@ class Mesh:
         """Whether each edge has two faces, in opposite directions, and there is an inside."""
         if volume < 0:
             self.faces = frozen(np.ascontiguousarray(self.faces[:, ::-1]))
-            self.normals = None if self.normals is None else frozen(-self.normals)
+            areas = -areas
+        if self.normals is not None and _agreement(self.normals, self.faces, areas) < 0:
+            self.normals = frozen(-self.normals)
 
     def _drop_degenerate(self, areas: Array) -> Array:
         """Leaves out faces without area: two of their corners are at one place, or all on a line to
@@ -297,6 +299,15 @@ def _merged(vertices: Array) -> Array:
     rows = whole.view(np.dtype((np.void, whole.itemsize * 3)))[:, 0]
     found: Array = np.unique(rows, return_inverse=True)[1]
     return found
+
+
+def _agreement(normals: Array, faces: Array, areas: Array) -> float:
+    """Above 0 if normals of corners are on the faces' side, more than not."""
+    return sum(
+        float(corner @ areas[axis])
+        for axis in range(3)
+        for corner in _along(normals, faces, axis, 1.0)
+    )
 
 
 def _volume(vertices: Array, faces: Array, areas: Array) -> float:

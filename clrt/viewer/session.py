@@ -15,6 +15,7 @@ from clrt.errors import SceneError
 from clrt.figure.styles import STYLES
 from clrt.particles.palette import COLORMAPS
 from clrt.scene.camera import Camera
+from clrt.scene.film import Film
 from clrt.scene.scene import MAX_SAMPLES, Scene
 from clrt.viewer import orbit
 from clrt.viewer.subject import Subject
@@ -185,7 +186,7 @@ class Session:
         if self._size is not None:
             whole = self.subject.at(self._frame)
             camera = self.subject.framed(whole, self._size, self._view)
-            self.scene = self.subject.seen_by(self.scene, camera)
+            self.scene = self._through(camera, self.scene, whole.film)
 
     @property
     def shot(self) -> Shot | None:
@@ -248,14 +249,24 @@ class Session:
         elif self._size is not None:
             with suppress(SceneError), np.errstate(all="ignore"):
                 camera = self._moved(self.scene.camera, message, self._size)
-                self.scene = self.subject.seen_by(self.scene, camera)
+                film = self.subject.at(self._frame).film
+                self.scene = self._through(camera, self.scene, film)
                 self._is_moved = True
+
+    def _through(self, camera: Camera, scene: Scene, film: Film) -> Scene:
+        """A scene with another camera, and the film of its subject: with a scale bar as long as
+        that camera has one."""
+        if film.scalebar is None:
+            return self.subject.seen_by(scene, camera)
+        bare = replace(scene, film=replace(film, scalebar=None))
+        seen = self.subject.seen_by(bare, camera)
+        return replace(seen, film=film) if camera.orthographic else seen
 
     def _look_at(self, frame: int, stays: bool) -> None:
         """stays: the camera does."""
         scene = self.subject.at(frame)
         if stays:
-            scene = self.subject.seen_by(scene, self.scene.camera)
+            scene = self._through(self.scene.camera, scene, scene.film)
         self._frame, self.scene = frame, replace(scene, samples=self.scene.samples)
         if not stays:
             self._frame_it()

@@ -156,8 +156,10 @@ export function view(root, send, pause = 0) {
 
   // Words, bars and lines are as sharp while the picture moves.
   function cover() {
+    over.hidden = !layers.length && !mark; // to lay it over the picture takes time, empty as well
+    if (over.hidden) return;
     if (over.width !== width || over.height !== height) [over.width, over.height] = [width, height];
-    drawing.clearRect(0, 0, width, height);
+    else drawing.clearRect(0, 0, width, height);
     for (const { drawn, x, y } of layers) drawing.drawImage(drawn, x, y);
     if (!mark) return;
     const [x, y, radius] = mark;

@@ -55,7 +55,7 @@ def ticks(low: float, high: float, most: int) -> Ticks:
 
 def powers(low: float, high: float, most: int, base: float) -> Ticks:
     """At most so many round numbers whose logarithms lie from `low` to `high`: powers of ten, or
-    numbers between them where there is one power at most. Texts that are empty are those of the
+    where there is one at most 1, 2 and 5 times such, or any. Texts that are empty are those of the
     numbers from 2 to 9 times a power.
 
     Args:
@@ -77,6 +77,11 @@ def powers(low: float, high: float, most: int, base: float) -> Ticks:
             minor = [k + log(m, 10) for k in range(first - 1, last + 1) for m in range(2, 10)]
             found += [(x, "") for x in minor if start <= x <= end]
         return Ticks(parts([x for x, _ in found]), tuple(text for _, text in found))
+    decades = range(floor(start) - 1, ceil(end) + 1)
+    between = [(k + log(m, 10), _plain(m, k)) for k in decades for m in STEPS]
+    inside = [(x, text) for x, text in between if start - near <= x <= end + near]
+    if 3 <= len(inside) <= most:
+        return Ticks(parts([x for x, _ in inside]), tuple(text for _, text in inside))
     try:
         least, largest = float(10.0**start), float(10.0**end)
     except OverflowError:
@@ -87,6 +92,13 @@ def powers(low: float, high: float, most: int, base: float) -> Ticks:
     linear = ticks(least, largest, most)
     numbers = [least + part * (largest - least) for part in linear.parts]
     return linear._replace(parts=parts([log(x, 10) for x in numbers]))
+
+
+def _plain(number: int, power: int) -> str:
+    """A digit times a power of ten."""
+    if -4 < power < DIGITS:
+        return f"{Decimal(number).scaleb(power):f}"
+    return f"{number}×{_ten_to(power)}"  # noqa: RUF001
 
 
 def _ten_to(power: int) -> str:
