@@ -1,4 +1,4 @@
-"""clrt: scenes of spheres, ray traced on a multicore CPU through OpenCL.
+"""clrt: scenes of spheres, capsules and meshes, ray traced on a multicore CPU through OpenCL.
 
 >>> import clrt
 >>> image = clrt.render(clrt.load_scene("four-spheres"), width=1920, height=1080)

@@ -83,9 +83,9 @@ static Hit far_sides_of_beads(Hit hit, Ray ray, __global const Bead *beads,
     return hit;
 }
 
-// TREE: the surfaces that the packet's lanes have hit, each a bead of its own, or from first_capsule on
-// a capsule, where it is as a bead at its axis. material: their indices,
-// -1 where a lane has hit none.
+// TREE: the surfaces that the packet's lanes have hit, each a bead of its own, or a
+// capsule, where it is as a bead at its axis, or a face, whose normal mesh.cl finds. material: their
+// indices, -1 where a lane has hit none.
 static Surface surface_of_beads(Vector point, ints hit, __global const Bead *beads,
                                 __global const int *materials_of,
                                 __global const Material *materials, __global const Glass *glass,

@@ -181,8 +181,8 @@ static void put_face_into(__global FaceLeaf *leaf, int j, int id, __global const
 }
 
 // TREE: the leaves of the lowest nodes and the boxes around them. things: of a kind, camera space. One
-// whose radius is NaN is left out: such a bead is in the list beside the tree. first: the id of the
-// first of them.
+// whose radius, or reach, is NaN is left out: such a bead is in the list beside the tree. first_id: the
+// id of the first of them.
 __kernel void fit_leaves(__global const int *order, int kind, __global const void *things, long n,
                          int root, int levels, int leaf_count, __global void *leaves,
                          __global Node *nodes, int lowest, int first_id) {

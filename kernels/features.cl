@@ -10,7 +10,7 @@
 //   DOUBLE         Numbers are float64, else float32.
 //   LITERAL        Rays meet spheres by the paper's formula as it stands, each tests all of them.
 //   FILM_BYTES     The film has 8 bits a channel, else float32.
-//   FILM_ALPHA     The film has a fourth channel: how much of a pixel shows a sphere.
+//   FILM_ALPHA     The film has a fourth channel: how much of a pixel shows something.
 //   FILM_PASSES    The film has what the camera sees first: how far away, its normal and its number.
 //   FILM_PATHS     The film has a hash of what each pixel's path has met.
 //
@@ -19,23 +19,23 @@
 //   ORTHOGRAPHIC   All camera rays are parallel.
 //   LONG_LENS      What fills the picture may be far away against its size.
 //   LIGHT_INSIDE   A light is inside a sphere.
-//   TREE           There is a tree over the spheres, for there are many.
+//   TREE           There is a tree over the spheres: they are many, or there are others beside them.
 //   CAPSULES       There are capsules beside the spheres, in a tree of their own.
 //   FACES          There are triangles of meshes, in a tree of their own.
 //   SMOOTH         A mesh is shaded with normals between those of its corners.
 //   GOURAUD        A mesh is lit at its corners.
 //   CORNER_COLORS  A mesh has colours at its corners.
-//   SPHERE_COLORS  Spheres have colours of their own.
+//   SPHERE_COLORS  Spheres, capsules or faces have colours of their own.
 //   AMBIENT        There is ambient light that reaches every point.
 //   ATTENUATION    A light gets weaker with distance.
 //   SPOT           A light shines into a cone.
 //   PHONG          A material's highlight is Phong's.
 //   NEST           A ray can be inside of so many transparent spheres at once, at most.
 //   SPLIT          A surface mirrors and transmits.
-//   OPACITY        Spheres can be seen through.
+//   OPACITY        Surfaces can be seen through.
 //   BACKGROUND     Rays that leave the scene after a mirror see something there.
 //   ROUND          A light is a ball or a disc.
-//   OCCLUSION      Spheres hide ambient light.
+//   OCCLUSION      What is near hides ambient light.
 //   LENS           What is out of focus is blurred.
 //   GLOSS          A mirror is rough.
 //   INDIRECT       Surfaces light each other.
@@ -46,8 +46,8 @@
 //   GATHER         Every pixel gets several samples.
 //   TILES          A work-item makes a tile of pixels, whose camera rays go through the tree as one.
 
-// A sample draws a light's, a lens' or a mirror's point at random. What capsules hide of a round light
-// has no closed form.
+// A sample draws a light's, a lens' or a mirror's point at random. What capsules and
+// faces hide of a round light has no closed form.
 #define RANDOM (OCCLUSION || LENS || GLOSS || INDIRECT || (ROUND && (CAPSULES || FACES)))
 // Shadow rays lose a part of their light to what they enter.
 #define VEILED (NEST || OPACITY)

@@ -38,7 +38,7 @@
 // What a packet of camera rays brings.
 typedef struct {
     Vector color;
-    reals alpha;  // 1 where the camera sees a sphere, else 0
+    reals alpha;  // 1 where the camera sees something, else 0; OPACITY: between
     ints path;    // a hash of what was met
     ints id;      // FILM_PASSES: what the camera sees first, how far away, and its normal
     reals depth;
@@ -71,7 +71,7 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
 typedef struct {
     float depth;      // in the world's unit of length; infinity where nothing is seen
     float normal[3];  // in the world; 0 there
-    int id;           // of the sphere; -1 there
+    int id;           // of what is seen; -1 there
 } channel;
 #define CHANNELS 1
 typedef Sample Exposure;

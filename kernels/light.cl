@@ -37,7 +37,7 @@ static Vector shaded(const Scene *scene, const Path *path, const Place *place, i
     return INDIRECT ? times(light, path->tint) : light;
 }
 
-// OCCLUSION: the part of a sky that spheres leave open over some points: the mean of SKY_RAYS rays,
+// OCCLUSION: the part of a sky that is open over some points: the mean of SKY_RAYS rays,
 // the likelier the larger their cosine. ray: from the points, its direction does not count.
 static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw draw, int k) {
     reals hidden = 0;
@@ -55,7 +55,7 @@ static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw 
     return 1 - hidden / SKY_RAYS;
 }
 
-// OCCLUSION: adds light from all sides that spheres hide. row: of the first sky's shades.
+// OCCLUSION: adds light from all sides, where it is not hidden. row: of the first sky's shades.
 static void add_skies(const Scene *scene, Path *path, const Place *place,
                       __global const Shade *row) {
     ints on = place->shown;

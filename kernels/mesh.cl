@@ -72,7 +72,7 @@ static reals area_of(Vector b, Vector c, Vector n) {
            (n.y * (b.z * c.x - b.x * c.z) + n.z * (b.x * c.y - b.y * c.x));
 }
 
-// SMOOTH or GOURAUD or CORNER_COLORS: the corners of faces around points. Weights are areas of corners from the point, which
+// SMOOTH or GOURAUD or CORNER_COLORS: the corners of faces around points; `a` counts corners here. Weights are areas of corners from the point, which
 // are off by u |point| / (the face's size): as the point itself is.
 static FaceCorners face_corners(const Scene *scene, const Facing *facing, Vector point, ints ids) {
     __private reals points[9] = {0}, normals[9] = {0}, colors[9] = {0};

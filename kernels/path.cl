@@ -26,7 +26,7 @@ typedef struct {
     Surface surface;
     ints material;        // TREE: each lane's
     int common;           // without TREE: a sphere that most lanes have hit
-    ints shown;           // the lanes that have hit a sphere from outside, which is what is shaded
+    ints shown;           // the lanes that have hit something from outside, which is what is shaded
     ints out;             // NEST: the lanes at a far side
     ints reached;         // the lanes that some light reaches
     reals missed;         // ROUND: the part that no light reaches: mirrored light ends with it
@@ -93,7 +93,7 @@ static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
     return vector(at.x, at.y, 0);
 }
 
-// Finds what camera rays meet, and where. known: TILES: what spheres that is.
+// Finds what camera rays meet, and where. known: TILES: which spheres those are.
 static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through,
                        const Hit *known) {
     bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;

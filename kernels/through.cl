@@ -1,4 +1,4 @@
-// Through: rays that go straight on where spheres can be seen through, in any number and any order.
+// Through: rays that go straight on through surfaces that can be seen through, in any number and any order.
 //
 // What a packet's rays see through comes before what is opaque: some lanes go on until each is at an opaque
 // surface, or has met nothing, and the others wait there. So all turn at once, and the depth of a packet
@@ -18,7 +18,7 @@ typedef struct {
     reals weight;
 } Through;
 
-// OPACITY: those of the spheres of each lane.
+// OPACITY: those of what each lane has hit.
 static reals opacities_of(__global const Glass *glass, ints spheres) {
     __private const INTEGER *sphere = EACH_INT(spheres);
     __private reals found[1] = {1};

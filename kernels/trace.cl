@@ -1,6 +1,6 @@
 // Trace: follows the paths of one packet of camera rays (paper, section 11.11).
 
-// FILM_PASSES: the spheres that the camera sees first, how far away along the ray, of which the camera is
+// FILM_PASSES: what the camera sees first, how far away along the ray, of which the camera is
 // a point or (ORTHOGRAPHIC) beside one, and their normals in the world.
 static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
     Vector from_eye = minus(path->point, splat(scene->camera->eye));
@@ -12,7 +12,7 @@ static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
     return sample;
 }
 
-// Traces the paths through a packet of pixels to their ends: their colours, and whether they show a sphere.
+// Traces the paths through a packet of pixels to their ends: their colours, and whether they show something.
 // known: TILES: what they meet first; else 0.
 static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known) {
     Path path = from_camera(scene, at, draw, known);

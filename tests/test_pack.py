@@ -254,5 +254,5 @@ def test_what_is_lost_beside_a_far_ball_is_refused(monkeypatch, tree: bool) -> N
     with pytest.raises(RequestError, match=r"radius 0.4 and one that .* 1.1e\+21 .*, .* double$"):
         packed(1e20, "robust")
     packed(1e20, "double")
-    with pytest.raises(RequestError, match="expected the farthest spheres nearer"):
+    with pytest.raises(RequestError, match="expected the farthest things nearer"):
         packed(1e162, "double")

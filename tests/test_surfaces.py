@@ -68,6 +68,8 @@ def test_colors() -> None:
     assert scene.film.colorbar_clim == pytest.approx((VERTICES[:, 2].min(), VERTICES[:, 2].max()))
     assert scene.film.colorbar_cmap == "gray"
     assert scene.materials["mesh"].diffuse == (0.7, 0.7, 0.7)  # the colours are the mesh's
+    blue = Mesh(VERTICES, FACES, colors=np.broadcast_to([0.0, 0, 1], VERTICES.shape))
+    assert alone(blue, "red").meshes[0].colors is None  # else they would be multiplied: black
     with pytest.raises(
         RequestError, match=r"mesh_color: expected the name of numbers \('height'\)"
     ):
@@ -126,6 +128,7 @@ def test_check_says_what_a_mesh_is(file: Path) -> None:
         (["{}", "--frame", "1"], "--frame: expected a file of particles"),
         (["{}", "--mesh", "{}"], "--mesh: expected a file of particles"),
         (["{}", "--mesh-color", "none"], "--mesh-color: expected the name of numbers (none)"),
+        (["{}", "--mesh-opacity", "0.5", "--style", "mirror"], "--mesh-opacity: expected 1 beside"),
         (["{}", "--mesh-opacity", "2"], "--mesh-opacity: expected a number from 0 to 1"),
         (["none.stl"], "none.stl: cannot be read"),
         (["four-spheres", "--mesh", "{}"], "--mesh: expected a file of particles"),

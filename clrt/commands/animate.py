@@ -80,8 +80,8 @@ def animate(
     """Renders the animation of SCENE, a built-in scene's name or a TOML file, or a trajectory of
     particles; default: orbit. Several files, or a pattern as 'dump.*', have one frame each.
 
-    The options from --color to --view-all are for trajectories, .xyz .extxyz .dump .lammpstrj, and
-    with an extra .pdb .gsd. All frames are seen as the first one.
+    The headings from "Which particles" to "Where they are seen from" are for trajectories (see
+    'clrt formats'). All frames are seen as the first one.
 
     \b
     Examples:

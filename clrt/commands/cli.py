@@ -101,17 +101,19 @@ class Commands(click.Group):
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="clrt")
 def main() -> None:
-    """Ray traces scenes of spheres through OpenCL.
+    """Ray traces particles, meshes and scenes through OpenCL.
 
     \b
     Examples:
       clrt render                                  the paper's scene at 4K
       clrt render atoms.xyz -o atoms.png           a figure of particles
+      clrt render surface.stl                      a figure of a mesh
       clrt render my.toml -o my.png --width 1920 --height 1080
       clrt animate                                 a video round that scene
       clrt encode 'frames/####.png' -o my.mp4      a video of numbered pictures
       clrt check my.toml                           is the scene file right?
       clrt check atoms.xyz                         what can be selected and shown?
+      clrt view atoms.xyz                          turn it in a browser
       clrt compare a.png b.png                     how far apart are two pictures?
       clrt devices                                 where can it run?
 

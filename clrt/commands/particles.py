@@ -175,7 +175,9 @@ PARTICLE_OPTIONS = (
         help="How long arrows are; default: their mean is twice the median radius.",
     ),
     click.option("--vector-color", metavar="atoms|COLOR", help="Default: atoms."),
-    click.option("--mesh", metavar="FILE", help="A .ply, .stl or .obj that is drawn as well."),
+    click.option(
+        "--mesh", metavar="FILE", help="A .ply, .stl or .obj that is drawn beside the particles."
+    ),
     click.option(
         "--mesh-color",
         metavar="COLOR|NAME",

@@ -170,12 +170,14 @@ def _part_of_side(look: "Look", key: str) -> float:
         return float(given)
     except ValueError:
         pass
-    found = PRINTED.fullmatch(given)
     expected = "a part of the picture's smaller side, or points on a page as 8pt/85mm"
+    found = PRINTED.fullmatch(given)
+    if found is None:
+        raise SceneError(f"{key}: expected {expected}, got {given!r}")
     try:
         width, height = look.size
-        wide = float(found[2]) * POINTS[found[3]] if found else 0.0
-        return float(found[1]) / wide * width / min(width, height) if found else 0 / 0
+        wide = float(found[2]) * POINTS[found[3]]
+        return float(found[1]) / wide * width / min(width, height)
     except (ValueError, ZeroDivisionError, TypeError):
         raise SceneError(f"{key}: expected {expected}, got {given!r}") from None
 

@@ -55,7 +55,8 @@ def read(
     if color is None:
         return Surface(read_mesh(source), None, opacity)
     try:
-        return Surface(read_mesh(source), linear(srgb("mesh_color", color)), opacity)
+        tint = linear(srgb("mesh_color", color))
+        return Surface(read_mesh(source).without_colors(), tint, opacity)
     except RequestError as error:
         if not isinstance(color, str) or not str(error).startswith("mesh_color"):
             raise
@@ -66,7 +67,15 @@ def read(
 
 
 def shown(surface: Surface, style: Material, alone: bool) -> tuple[Mesh, Material]:
-    """The mesh and its material, by that of a figure's style."""
+    """The mesh and its material, by that of a figure's style.
+
+    Raises:
+        SceneError: a style whose surfaces mirror has no opacity.
+    """
+    if style.reflection > 0 and surface.opacity < 1:
+        raise SceneError(
+            f"mesh_opacity: expected 1 beside a style that mirrors, got {surface.opacity:g}"
+        )
     tint = surface.color
     if tint is None and surface.mesh.colors is None:
         tint = linear([part / 255 for part in (ALONE if alone else BESIDE)])

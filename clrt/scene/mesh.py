@@ -100,6 +100,12 @@ class Mesh:
         found.material, found.shading = material, shading
         return found
 
+    def without_colors(self) -> "Mesh":
+        """It in its material's colours only."""
+        found = copy.copy(self)
+        found.colors = None
+        return found
+
     @property
     def has_vertex_colors(self) -> bool:
         """Whether there are colours, one a vertex."""

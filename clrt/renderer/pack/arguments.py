@@ -111,13 +111,13 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
     leaves the scene where and as large as it is in the world, and treats no sphere in a special
     way. Everything is rounded once.
 
-    With trees `beads` has all spheres and `capsules` all capsules; clrt.opencl.tree adds nodes,
-    leaves and shape of each kind. Whoever runs the kernel adds `paths`, `top` and `lost`: in how
-    many packets rays needed more room than there is, two numbers (enter() of glass.cl, put_aside()
-    of onward.cl).
+    With trees `beads` has all spheres, `capsules` all capsules and `faces` all faces;
+    clrt.opencl.tree adds nodes, leaves and shape of each kind. Whoever runs the kernel adds
+    `paths`, `top` and `lost`: in how many packets rays needed more room than there is, two numbers
+    (enter() of glass.cl, put_aside() of onward.cl).
 
     Raises:
-        RequestError: spheres are so far that their precision cannot show others, which are near.
+        RequestError: some things are so far that the precision cannot show others, which are near.
     """
     real = PRECISIONS[world.precision]
     screen = lens.half_screen(scene.camera, width, height)
@@ -241,9 +241,10 @@ def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
     seen = small[radius > SPECK * across]
     if len(seen):
         # As words: a float64 may not hold the extent.
-        wanted = "double" if world.precision == "robust" else "the farthest spheres nearer"
+        wanted = "double" if world.precision == "robust" else "the farthest things nearer"
+        what = "sphere" if seen[0] < len(world.spheres) else "capsule"
         raise RequestError(
-            f"precision: {world.precision} cannot show a sphere of radius {radii[seen[0]]:.3g} and "
+            f"precision: {world.precision} cannot show a {what} of radius {radii[seen[0]]:.3g} and "
             f"one that reaches {np.format_float_scientific(extent, 2)} from the camera, "
             f"expected {wanted}"
         )

@@ -34,7 +34,7 @@ class Features(msgspec.Struct, frozen=True):
     light_inside: bool = False
     """A light is inside a sphere."""
     tree: bool = False
-    """There are so many spheres that a tree over them pays."""
+    """There is a tree over the spheres: they are many, or there are others beside them."""
     capsules: bool = False
     """There are capsules beside the spheres, in a tree of their own."""
     faces: bool = False
@@ -46,7 +46,7 @@ class Features(msgspec.Struct, frozen=True):
     corner_colors: bool = False
     """A mesh has colours at its corners."""
     sphere_colors: bool = False
-    """Spheres have colours of their own."""
+    """Spheres, capsules or faces have colours of their own."""
     ambient: bool = False
     """There is ambient light."""
     attenuation: bool = False
@@ -60,13 +60,13 @@ class Features(msgspec.Struct, frozen=True):
     split: bool = False
     """A surface mirrors and transmits."""
     opacity: bool = False
-    """Spheres can be seen through."""
+    """Surfaces can be seen through."""
     background: bool = False
     """Rays that leave the scene after a mirror see something there."""
     round: bool = False
     """A light is a ball or a disc."""
     occlusion: bool = False
-    """Spheres hide ambient light."""
+    """What is near hides ambient light."""
     lens: bool = False
     """What is out of focus is blurred."""
     gloss: bool = False

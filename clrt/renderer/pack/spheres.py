@@ -107,8 +107,8 @@ def tree_keys(spheres: Spheres) -> Array:
 
 
 def opacities(materials: Sequence[Material], material_of: Array, spheres: Spheres) -> Array | None:
-    """(things,), what each sphere and its material say, and those of capsules after them; None: all
-    are opaque."""
+    """(things,), what each sphere and its material say, and those of capsules and faces after them;
+    None: all are opaque."""
     of_materials = np.array([m.opacity for m in materials], np.float64)
     found = of_materials[material_of] if len(materials) else of_materials
     if spheres.opacity is not None:

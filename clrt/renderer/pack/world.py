@@ -1,4 +1,4 @@
-"""World: what of a scene does not depend on its camera: spheres, capsules, materials and lights."""
+"""World: what of a scene does not depend on its camera: things, materials, lights."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class World:
     shining: tuple[Shining, ...]
     """The lights that cast shadows."""
     skies: tuple[AmbientLight, ...]
-    """Ambient light that spheres hide."""
+    """Ambient light that what is near hides."""
     material_of: Array
     """(things,) int32: the index of each one's material, of spheres, capsules, faces."""
     light_inside: Array
