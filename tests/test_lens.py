@@ -58,14 +58,14 @@ def test_orthographic_rays_start_before_all_that_is_small(n: int) -> None:
     spheres = clrt.Spheres(random.normal(0, 2, (n, 3)), random.uniform(0.01, 0.3, n), "any")
     screen = lens.half_screen(BESIDE, 300, 200)
     assert screen.tolist() == [1.5, 1]
-    ahead = lens.start(BESIDE, spheres, NONE, screen, np.float64)
+    ahead = lens.start(BESIDE, spheres, NONE, (), screen, np.float64)
     seen = (abs(spheres.center[:, :2]) < screen + spheres.radius[:, np.newaxis]).all(axis=1)
     first = (-spheres.center[:, 2] - spheres.radius)[seen].min()
     assert first - 0.4 < ahead < first + 0.3
     assert len(lens.behind(BESIDE, spheres, screen, ahead)) == 0
     # A ball that is larger than the picture does not move it, but is met before.
     ball = clrt.Spheres([[0, 0, 0], *spheres.center], [50, *spheres.radius], "any")
-    assert lens.start(BESIDE, ball, NONE, screen, np.float64) == ahead
+    assert lens.start(BESIDE, ball, NONE, (), screen, np.float64) == ahead
     assert lens.behind(BESIDE, ball, screen, ahead).tolist() == [0]
     alone = ball[:1]
-    assert lens.start(BESIDE, alone, NONE, screen, np.float64) == pytest.approx(-50, abs=0.5)
+    assert lens.start(BESIDE, alone, NONE, (), screen, np.float64) == pytest.approx(-50, abs=0.5)

@@ -166,13 +166,12 @@ def ways(monkeypatch: pytest.MonkeyPatch):
     def render(device: cl.Device, lanes: int, precision: Precision, scene: clrt.Scene):
         found = {}
         for way, (spheres, budget) in {
-            "both": (tree.SPHERES_IN_BEAM, tree.BUDGET),
+            "both": tree.BEAMS[0],
             "beams": (np.inf, 2**31 - 1),
             "single rays": (0, 0),
             "beams that give up": (np.inf, 7),
         }.items():
-            monkeypatch.setattr(tree, "SPHERES_IN_BEAM", spheres)
-            monkeypatch.setattr(tree, "BUDGET", budget)
+            monkeypatch.setattr(tree, "BEAMS", ((spheres, budget),) * 3)
             found[way] = renderer_for(device, lanes, precision).render(scene, *SIZE)
         packets = program.kernel_source().replace(BEAM, PACKETS)
         source = packets.replace(BEFORE, BRUTE + BEFORE)
