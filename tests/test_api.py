@@ -48,6 +48,7 @@ def test_what_a_page_says_runs(page: Path, tmp_path: Path, monkeypatch) -> None:
     if page.stem == "gallery":
         pytest.skip("tests/test_gallery.py runs it")
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
     blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
     exec("\n".join(blocks), {})
 

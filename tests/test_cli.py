@@ -213,7 +213,7 @@ def test_devices(run) -> None:
 
 
 def test_check(run) -> None:
-    assert "4 spheres, 4 materials, 1 lights" in run("check", "four-spheres").stdout
+    assert "4 spheres, 4 materials, 1 light," in run("check", "four-spheres").stdout
 
 
 def test_compare(run) -> None:

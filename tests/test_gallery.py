@@ -50,6 +50,17 @@ def test_the_gallery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert compared >= 10
 
 
+def test_the_commands_of_how_do_i_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    commands = re.findall(r"^clrt render .*", (ROOT / "docs/howto.md").read_text(), re.MULTILINE)
+    assert len(commands) == 2
+    for command in commands:
+        words = [*shlex.split(command)[1:], "--width", "64", "--height", "36", "--samples", "1"]
+        words[words.index("-o") + 1] = str(tmp_path / "shown.png")
+        done = CliRunner().invoke(main, words)
+        assert done.exit_code == 0, done.stderr
+
+
 def test_the_pictures_are_the_gallerys() -> None:
     shown = set(re.findall(r"!\[\]\(gallery/(.*?)\)", PAGE))
     assert shown == {path.name for path in (ROOT / "docs" / "gallery").iterdir()}

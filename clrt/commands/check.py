@@ -43,13 +43,22 @@ def check(scene: str) -> None:
     if loaded.animation is not None:
         with named(scene, SceneError):
             animation.Way(loaded).check(animation.all_frames(loaded))
-    capsules = f"{len(loaded.capsules)} capsules, " if len(loaded.capsules) else ""
-    faces = f"{sum(map(len, loaded.meshes))} faces, " if loaded.meshes else ""
+    capsules, faces = len(loaded.capsules), sum(map(len, loaded.meshes))
+    parts = [
+        _count(len(loaded.spheres), "sphere"),
+        *([_count(capsules, "capsule")] if capsules else []),
+        *([_count(faces, "face")] if faces else []),
+        _count(len(loaded.materials), "material"),
+        _count(len(loaded.lights), "light"),
+    ]
     click.echo(
-        f"{scene}: {len(loaded.spheres)} spheres, {capsules}{faces}"
-        f"{len(loaded.materials)} materials, {len(loaded.lights)} lights, "
-        f"max_depth {loaded.max_depth}, shadow_bias {loaded.shadow_bias:g}"
+        f"{scene}: {', '.join(parts)}, max_depth {loaded.max_depth}, "
+        f"shadow_bias {loaded.shadow_bias:g}"
     )
+
+
+def _count(number: int, name: str) -> str:
+    return f"{number} {name}" if number == 1 else f"{number} {name}s"
 
 
 def _mesh(path: str) -> Iterator[str]:

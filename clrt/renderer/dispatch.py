@@ -30,7 +30,7 @@ Box: TypeAlias = tuple[int, int, int, int]
 
 class Dispatcher:
     """Runs programs over films. It keeps the packed scene while only the camera changes, its tree,
-    and the memory of films that nobody has any more."""
+    and the memory of films that are gone, for the next ones."""
 
     def __init__(self, queue: "cl.CommandQueue", precision: Precision) -> None:
         self._queue = queue
