@@ -9,12 +9,14 @@ from click.testing import CliRunner
 
 import clrt
 from clrt.commands.cli import main
-from clrt.errors import RequestError
+from clrt.errors import ParticleWarning, RequestError
 from clrt.figure import compose
 from clrt.figure.coloring import colored
 from clrt.figure.compose import Look
 from clrt.film import color
 from clrt.motion.trajectory import Flow
+
+pytestmark = pytest.mark.filterwarnings("ignore:vectors. 1 of 5 are no")
 
 WAYS = np.array([[2.0, 0, 0], [0, 0, -1], [0, 0, 0], [np.nan, 0, 0], [0, 1e-3, 0]])
 HERE = clrt.Particles(
@@ -107,6 +109,13 @@ def test_arrays_of_vectors() -> None:
         compose.scene(bare, Look(vectors="v"))
     with pytest.raises(RequestError, match=r"vectors: expected numbers of shape \(5, 3\)"):
         clrt.plot(bare, vectors=WAYS[1:])
+
+
+def test_what_is_not_drawn_is_said() -> None:
+    with pytest.warns(ParticleWarning, match="vectors: 1 of 5 are no finite numbers"):
+        arrows()
+    with pytest.warns(ParticleWarning, match="bonds: none are found"):
+        colored(HERE, bonds=1e-3)
 
 
 def test_a_solid_box() -> None:

@@ -110,6 +110,10 @@ def test_opacities_are_said_or_the_files() -> None:
     assert found(opacity=1) is None
     assert found(opacity="1 + 0 * x") is None
     assert found(opacity=0.5) == [0.5] * 4
+    assert found(opacity="1") is None  # as the command line gives numbers
+    assert found(opacity="0") == [0] * 4
+    with pytest.raises(RequestError, match="opacity: expected numbers from 0 to 1, got 2 of '2'"):
+        found(opacity="2")
     assert found(opacity="(x > 3) / 2") == [0, 0, 0.5, 0.5]
     assert found(seen_through) == [0.5, 1, 0, 0.25]
     assert found(seen_through, opacity=1) is None

@@ -171,6 +171,7 @@ def test_obj_of_hard_edges_mixed_corners_and_polygons(tmp_path: Path) -> None:
         (QUAD + "f 1//1 2//1 3//1\n", r"expected normals vn, which faces name, got 'none'"),
         ("v 0 0\nf 1 1 1\n", r"line 1: expected v and 3 or 4 or 6 or 7 numbers in each line"),
         (QUAD + "v 1 2 x\nf 1 2 3\n", r"line 5: expected v and 3"),
+        (QUAD + "v nan 2 3\nf 1 2 3\n", r"line 5: expected v and 3.*got 'nan 2 3'"),
         ("v 1e999 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", r"vertices\[0\]: expected finite numbers"),
         ("", "expected lines f"),
     ],

@@ -15,6 +15,7 @@ from clrt.errors import RequestError
 from clrt.figure import compose, sources, surfaces
 from clrt.figure.compose import Look
 from clrt.film import color
+from clrt.renderer.pack.world import pack_world
 from clrt.truth import tracer
 
 VERTICES, FACES = sphere(4, 2.0, (5, 0, 0))
@@ -84,6 +85,14 @@ def test_flat_meshes_are_seen_from_above() -> None:
     square = Mesh([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
     back = np.array(alone(square).camera.basis()[2])
     assert back == pytest.approx([0, 0, 1])
+
+
+@pytest.mark.filterwarnings("ignore:faces. 1 of 1 have no area")
+def test_a_mesh_without_faces_is_refused_and_no_trouble_in_a_scene() -> None:
+    with pytest.raises(RequestError, match="mesh: expected faces that have an area"):
+        surfaces.read((VERTICES, [[1, 1, 2]]))
+    none = replace(alone(), meshes=(Mesh(VERTICES, np.zeros((0, 3), int), material="mesh"),))
+    assert not pack_world(none, "robust").meshes
 
 
 def test_what_is_of_particles_is_refused() -> None:

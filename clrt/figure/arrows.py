@@ -1,8 +1,10 @@
 """Arrows: vectors of particles as capsules: a shaft, and a head of balls that get smaller."""
 
+import warnings
+
 import numpy as np
 
-from clrt.errors import RequestError
+from clrt.errors import ParticleWarning, RequestError
 from clrt.film.color import srgb, to_linear
 from clrt.particles import derived
 from clrt.particles.particlefile import ATOMS
@@ -35,12 +37,17 @@ def vectors(particles: Particles, name: str) -> Array:
             f"expected one of {some(known, 12)}" if known else "expected columns as vx, vy, vz"
         )
         raise RequestError(f"vectors: {expected}, got {name!r}{did_you_mean(name, known)}")
-    return np.stack([particles.values[one].astype(np.float64) for one in known[name]], axis=1)
+    found = np.stack([particles.values[one].astype(np.float64) for one in known[name]], axis=1)
+    if missing := np.count_nonzero(~np.isfinite(found).all(axis=1)):
+        said = f"{missing:,} of {len(found):,} are no finite numbers and have no arrow"
+        warnings.warn(f"vectors: {said}", ParticleWarning, stacklevel=2)
+    return found
 
 
 def mean_of(vectors: Array) -> float:
     """The mean length of those that have an arrow; 0: none has one."""
-    lengths = np.linalg.norm(vectors, axis=1)
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(vectors, axis=1)
     lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
     return float(lengths.mean()) if len(lengths) else 0.0
 

@@ -365,7 +365,9 @@ def _opacities(
     if opacity is None:
         found: Any = particles.opacities
     elif isinstance(opacity, str):
-        found = _column("opacity", opacity, columns, ())
+        found = _number(opacity, columns)
+        if found is None:
+            found = _column("opacity", opacity, columns, ())
     else:
         found = np.float64(opacity)
     if found is None:
@@ -383,6 +385,14 @@ def _opacities(
         return None
     n = len(particles) if rows is None else len(rows)
     return np.array(np.broadcast_to(found, (n,)))
+
+
+def _number(given: str, columns: Mapping[str, Array | Text]) -> Any:
+    """The number that a text is; None: it is none, or a column's name."""
+    try:
+        return None if given in columns else np.float64(given)
+    except ValueError:
+        return None
 
 
 def _spare(particles: Particles) -> float:

@@ -1,10 +1,12 @@
 """Lines: what is drawn of particles beside their spheres, as capsules: bonds, arrows, and the edges
 of their box."""
 
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from clrt.errors import ParticleWarning
 from clrt.figure import arrows, bonding
 from clrt.film.decor.cell import EDGES, corners_of
 from clrt.particles.particlefile import ATOMS
@@ -73,6 +75,9 @@ def lines(
     """
     parts, aside, sizes = list[Capsules](), list[Spheres](), known or Sizes()
     found = bonding.found(particles, asked.bonds, says=known is None)
+    said = asked.bonds not in (True, bonding.LISTED)
+    if found is not None and not len(found.pairs) and known is None and said:
+        warnings.warn("bonds: none are found", ParticleWarning, stacklevel=2)
     if found is not None and len(found.pairs):
         thick = asked.bond_radius or sizes.bond or bonding.radius_of(particles, float(radii.min()))
         made, ends = bonding.capsules(
@@ -87,10 +92,12 @@ def lines(
         mean = arrows.mean_of(ways)
         scale = asked.vector_scale or sizes.arrow or arrows.MEAN * usual / (mean or 1)
         thick = sizes.shaft or max(arrows.SHAFT * usual, arrows.THIN * mean * scale)
+        with np.errstate(over="ignore"):
+            ways = ways * scale
         made, ends = arrows.capsules(
             particles.positions,
             radii,
-            ways * scale,
+            ways,
             thick,
             asked.vector_color,
             material,

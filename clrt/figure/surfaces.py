@@ -1,5 +1,6 @@
 """Surfaces: a mesh in a figure, alone or beside particles."""
 
+import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -47,8 +48,22 @@ def read(
         cmap, clim: of those numbers; words of trajectories' are as None.
 
     Raises:
-        RequestError: it cannot be read, or has no such numbers.
+        RequestError: it cannot be read, is without faces, or has no such numbers.
     """
+    found = _read(source, color, opacity, cmap, clim)
+    if not len(found.mesh):
+        name = source if isinstance(source, str | os.PathLike) else "mesh"
+        raise SceneError(f"{name}: expected faces that have an area, got none")
+    return found
+
+
+def _read(
+    source: Any,
+    color: str | Sequence[float] | None,
+    opacity: float | None,
+    cmap: str | None,
+    clim: Any,
+) -> Surface:
     opacity = 1.0 if opacity is None else opacity
     if not isinstance(opacity, int | float) or not 0 <= opacity <= 1:
         raise SceneError(f"mesh_opacity: expected a number from 0 to 1, got {opacity!r}")

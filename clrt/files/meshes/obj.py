@@ -5,6 +5,7 @@ https://paulbourke.net/dataformats/obj
 """
 
 import re
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -151,7 +152,8 @@ def _first_odd(text: bytes) -> int:
     """The first line that has something else than numbers."""
     for k, line in enumerate(text.split(LINE)):
         try:
-            list(map(float, line.split()))
+            if not all(map(isfinite, map(float, line.split()))):
+                return k
         except ValueError:
             return k
     return 0

@@ -113,21 +113,22 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     open_ambient = [light for light in ambient if not light.occlusion]
     skies = tuple(light for light in ambient if light.occlusion)
     many, capsules = Spheres.of(scene.spheres), Capsules.of(scene.capsules)
+    surfaces = [mesh for mesh in scene.meshes if len(mesh)]  # buffers of none cannot be made
     index = {name: i for i, name in enumerate(scene.materials)}
     material_of = np.concatenate(
         [
             np.array([index[name] for name in things.names or ()], np.int32)[things.material_index]
             for things in (many, capsules)
         ]
-        + [meshes.per_face(scene.meshes, [index[mesh.material] for mesh in scene.meshes])]
+        + [meshes.per_face(surfaces, [index[mesh.material] for mesh in surfaces])]
     )
     opacity = spheres.opacities(materials, material_of, many)
     panes, nest, gone = spheres.panes(materials, material_of, many, opacity, real)
     with overflow(precision):
         packed_materials = _materials(materials, precision)
         shades = _shades(materials, shining, open_ambient, skies, precision)
-        colors = _colors([many, capsules, *scene.meshes], real)
-        of_faces = meshes.arguments(scene.meshes, len(many) + len(capsules), real)
+        colors = _colors([many, capsules, *surfaces], real)
+        of_faces = meshes.arguments(surfaces, len(many) + len(capsules), real)
     inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
     return World(
         precision=precision,
@@ -136,7 +137,7 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         materials=dict(scene.materials),
         spheres=many,
         capsules=capsules,
-        meshes=scene.meshes,
+        meshes=surfaces,
         shining=shining,
         skies=skies,
         material_of=material_of,
