@@ -105,7 +105,7 @@ class Renderer(Engine):
             region: (x0, y0, x1, y1), the part of it that is wanted: columns x0 <= x < x1 and rows
                 y0 <= y < y1, y from the top. It is equal, bit for bit, to that part of the whole.
             alpha: whether the picture has a fourth channel in place of the background: how much of
-                a pixel shows a sphere. Floats are then premultiplied, integers straight. Default:
+                a pixel shows something. Floats are then premultiplied, integers straight. Default:
                 if `out` has four channels, or the scene's film is transparent.
             passes: which of "depth", "normal" and "id" are wanted beside it, at the pixels' middle.
             out: a film to fill, of the shape that is returned, float32, uint8 or uint16, of any
@@ -119,7 +119,7 @@ class Renderer(Engine):
             more. With passes, that and a dict of them: "depth" (height, width) float32, world units
             along the ray, infinity where there is nothing; "normal" (height, width, 3) float32,
             outwards in the world, 0 where there is none; "id" (height, width) int32, the index of
-            the sphere, -1 where there is none.
+            the sphere, after all of these the capsule or face, -1 where there is none.
 
         Raises:
             RequestError: there is no such scene, size, region, dtype or pass, or `out` is not so.

@@ -97,6 +97,7 @@ class Dispatcher:
             # The picture before may have been a small one, hence the bound.
             if loose <= 2 and seconds * (loose - 1) <= tree.build_seconds:
                 return fitted
+            del tree, fitted, self.trees[kind.number]  # lest it and the next are there at once
         # Nothing here keeps the keys while the tree is fitted: they are 160 MB of 10^7 spheres.
         tree = Tree(
             kind.keys(world) if kind.count(world) else np.zeros((1, 4), np.float32),

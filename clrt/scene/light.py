@@ -106,9 +106,9 @@ class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=
 
     ambient: Color = WHITE
     occlusion: bool = False
-    """Of each point the light comes from where no sphere is in the way."""
+    """Of each point the light comes from where nothing is in the way."""
     distance: float = math.inf
-    """How far away a sphere can be in the way, world units; infinity: however far."""
+    """How far away something can be in the way, world units; infinity: however far."""
 
     type = property(lambda self: "ambient")
 

@@ -59,7 +59,7 @@ class Trace:
     normal: Array
     """(height, width, 3): outwards, of unit length, in world space; 0 where there is none."""
     id: NDArray[np.int32]
-    """The index of the sphere; -1 where there is none."""
+    """The index of the sphere, capsule or face; -1 where there is none."""
 
 
 def trace(
