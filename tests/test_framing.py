@@ -38,7 +38,7 @@ def on_screen(camera: clrt.Camera, spheres: clrt.Spheres, size: tuple[int, int])
             for sign in (-1, 1)
         ]
     assert camera.fov is not None
-    half = math.tan(math.radians(camera.fov / 2))
+    half = math.tan(math.radians((camera.fov or 0) / 2))
     ahead = -(seen @ back)
     ends = []
     for axis, part in ((right, 1), (up, 1 / aspect)):
@@ -134,3 +134,19 @@ def test_what_is_no_view(given: object) -> None:
 def test_nothing_cannot_be_seen() -> None:
     with pytest.raises(RequestError, match="particles: expected at least one, got none"):
         framing.holding([clrt.Spheres(NO_POINTS, 1, "m")], NO_POINTS, (1, 1, 1), (10, 10))
+
+
+@pytest.mark.parametrize("projection", framing.PROJECTIONS)
+def test_what_is_far_from_the_middle_is_not_seen(projection: framing.Projection) -> None:
+    one, size = clrt.Spheres(np.zeros((1, 3)), np.ones(1), "m"), SIZES[0]
+    for x, zoom, expected in (
+        (0, 1, True),
+        (0.9, 50, True),
+        (3, 1, True),
+        (3, 9, False),
+        (5e3, 1, False),
+    ):
+        camera = framing.holding(
+            [one], np.zeros((0, 3)), (0, 0, 1), size, projection, zoom=zoom, center=(x, 0, 0)
+        )
+        assert framing.is_seen(camera, one, np.zeros((0, 3)), size) == expected

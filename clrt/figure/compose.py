@@ -2,6 +2,7 @@
 
 import operator
 import re
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -9,7 +10,7 @@ import msgspec
 import numpy as np
 from msgspec.structs import force_setattr, replace
 
-from clrt.errors import SceneError
+from clrt.errors import SceneError, SceneWarning
 from clrt.figure import framing, styles, surfaces
 from clrt.figure.coloring import Colored, Meaning, colored, decorated, nothing
 from clrt.figure.framing import PROJECTIONS, Projection
@@ -277,6 +278,9 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
         film = replace(film, scalebar_label=text)
     camera = framed(made, look, parts, box, film)
     corners = _corners(box, look)
+    if look.center is not None and not framing.is_seen(camera, made.spheres, corners, look.size):
+        said = "center: what is drawn is outside the picture, or smaller than a pixel"
+        warnings.warn(said, SceneWarning, stacklevel=2)
     materials, meshes = {look.style: style.material}, list[Mesh]()
     if look.mesh is not None:
         mesh, material = surfaces.shown(look.mesh, style.material, alone)

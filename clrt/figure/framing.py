@@ -1,5 +1,6 @@
 """Framing: a camera that sees all of a figure."""
 
+import itertools
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -174,6 +175,23 @@ def extent(spheres: Spheres, corners: Array) -> float:
     """The longest side of the box around spheres and points, along the axes of the world."""
     low, high = _extent([spheres], corners, np.eye(3))
     return float((high - low).max())
+
+
+def is_seen(camera: Camera, spheres: Spheres, corners: Array, size: tuple[int, int]) -> bool:
+    """Whether a pixel or more of the picture is within the box around spheres and points."""
+    low, high = _extent([spheres], corners, np.eye(3))
+    ends = np.array([*itertools.product(*zip(low, high, strict=True))]) - camera.position
+    x, y, z = np.array(camera.basis()) @ ends.T
+    if camera.orthographic:
+        half = np.full(len(z), (camera.height or 0) / 2)
+    elif (z >= 0).any():
+        return True  # the camera is beside it
+    else:
+        half = -z * math.tan(math.radians((camera.fov or 0) / 2))
+    places = np.stack([x * size[1] / size[0], y]) / half
+    inside = np.minimum(places.max(axis=1), 1) - np.maximum(places.min(axis=1), -1)
+    pixels = inside / 2 * size
+    return bool(pixels.min() > 0 and pixels.max() >= 1)
 
 
 def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Array, Array]:
