@@ -142,19 +142,19 @@ BRUTE = """
         for (__global const void *leaf = leaf_of(tree, kind, tree->shape.node_count + e); leaf; \\
              leaf = 0)
 static Hit nearest_of_all(const Tree *tree, int kind, Hit hit, Ray ray, ints on, bool common) {
-    FOR_ALL(leaf) nearer_in_leaf(tree, kind, leaf, 0xffff, &hit, ray, on);
+    FOR_ALL(leaf) nearer_in_leaf(tree, kind, leaf, 0xffff, 0, &hit, ray, on);
     return hit;
 }
 static ints taken_by_all(const Tree *tree, int kind, Ray ray, reals distance, Vector light,
                          ints on, bool near) {
     Left left = {on, 0};
-    FOR_ALL(leaf) left = left_by_leaf(tree, kind, leaf, 0xffff, left, ray, distance, on, near);
-    return NEST ? left.veil : on & !left.clear;
+    FOR_ALL(leaf) left = left_by_leaf(tree, kind, leaf, 0xffff, 0, left, ray, distance, on, near);
+    return VEILED ? left.veil : on & !left.clear;
 }
 #define nearest_in_tree nearest_of_all
 #define taken_in_tree taken_by_all
 """
-"""All that a tree has, one after the other."""
+"""All that a tree of spheres has, one after the other: only faces need a beam."""
 BEAM, PACKETS = "if (aim_tile(scene, tile)) {", "if (false) {"
 """Of tile.cl: camera rays go through the tree packet by packet."""
 
