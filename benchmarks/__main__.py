@@ -21,6 +21,7 @@ from benchmarks import (
     speed,
     targets,
     translucent,
+    triangles,
     view,
     visibility,
 )
@@ -49,6 +50,7 @@ main.add_command(scale.command)
 main.add_command(shading.command)
 main.add_command(speed.command)
 main.add_command(targets.command)
+main.add_command(triangles.command)
 main.add_command(translucent.command)
 main.add_command(view.command)
 main.add_command(visibility.command)

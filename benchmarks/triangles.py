@@ -2,11 +2,14 @@
 
 from typing import Any
 
+import click
 import numpy as np
 import pyopencl as cl
 from numpy.typing import NDArray
 
+from benchmarks import harness
 from clrt.opencl import program
+from clrt.opencl.device import find_device
 from clrt.opencl.tree import Tree, face_leaf_dtype
 from clrt.renderer.pack import kinds, meshes
 from clrt.renderer.pack.features import Features
@@ -16,6 +19,16 @@ from clrt.scene.mesh import Mesh
 Array = NDArray[Any]
 ITEMS = 4096
 STEP = 1 << 22  # rays of a launch
+# By packet and by ray; with fused multiply-add and without; fronts only and both sides.
+WAYS: list[dict[str, Any]] = [
+    {},
+    {"closed": False},
+    {"lanes": 1},
+    {"fma": False},
+    {"fma": False, "lanes": 1, "closed": False},
+    {"precision": "double"},
+    {"precision": "double", "fma": False},
+]
 
 KERNEL = """
 static uint stirred(uint x) {
@@ -158,3 +171,19 @@ def leaks(
     missed = np.empty(3, np.int32)
     cl.enqueue_copy(queue, missed, buffers[2])
     return done, missed.tolist()
+
+
+@click.command("meshes")
+@click.pass_obj
+def command(quick: bool) -> None:
+    """Rays from inside of a closed mesh, a third each at corners, at edges and anywhere: how many
+    pass between its faces, by each way to trace them, and by plain products."""
+    device, mesh, rays = find_device(), ball(71), 10**5 if quick else 10**8
+    found = []
+    for way in [*WAYS, {"plain": True}]:
+        cast, missed = leaks(device, mesh, rays, **way)
+        found.append({"way": way, "rays": cast, "missed": missed})
+        print(f"{cast:,} rays, {way or 'as on this device'}: {sum(missed):,} passed", flush=True)
+    harness.record(
+        harness.results_folder(quick), "meshes", {"faces": len(mesh.faces), "ways": found}
+    )
