@@ -81,8 +81,8 @@ static void silhouettes(wides x, wides depth, wides radius, wides den, wides *lo
 static wide_ints pixels_between(wides low, wides high, wide_ints known, int size, int16 *first,
                                 int16 *last) {
     wide_ints in = !known | ((high >= 0) & (low <= SIDE - 1));
-    low = known & (low > 0) ? low + REAL(0.999) : (wides)(0);
-    high = known & (high < SIDE - 1) ? high : (wides)(SIDE - 1);
+    low = (known & (low > 0)) ? low + REAL(0.999) : (wides)(0);
+    high = (known & (high < SIDE - 1)) ? high : (wides)(SIDE - 1);
     *first = convert_int16(in ? low : (wides)(0));
     *last = convert_int16(in ? high : (wides)(0));
     in &= (wide_ints)(TO_WIDE_INTS(*first) <= TO_WIDE_INTS(*last));
