@@ -125,8 +125,8 @@ def test_bounds(device: cl.Device, precision: Precision, size: float) -> None:
     assert (beside[wrong] / (u * most[wrong])).max(initial=0) <= 2
     hit = np.isfinite(found) & inside & (distance > 0)
     unit = normal / np.sqrt((normal**2).sum(1, keepdims=True))
-    off = abs(((found[:, np.newaxis] * d - a) * unit).sum(1))
-    assert (off[hit] / (u * most[hit])).max() <= 8
+    off = abs(((found[hit, np.newaxis] * d[hit] - a[hit]) * unit[hit]).sum(1))
+    assert (off / (u * most[hit])).max() <= 8
 
 
 MATERIALS = {
