@@ -56,3 +56,11 @@
 
 // A feature is a number and may stand on either side of an &&.
 #pragma clang diagnostic ignored "-Wconstant-logical-operand"
+
+// The length of an array that a struct has for a feature: a member that is there changes the code of
+// programs without it. PoCL's compiler has arrays of length 0, Intel's has not.
+#ifdef POCL_DEVICE_ADDRESS_BITS
+#define ROOM(feature) (feature)
+#else
+#define ROOM(feature) 1
+#endif

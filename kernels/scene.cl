@@ -24,8 +24,8 @@ typedef struct {
     __global const int *materials_of;
     __global const Bead *beads;
     Tree tree;
-    CapsuleList capsules[CAPSULES];  // one, or none: a member that is there changes the code
-    FaceList faces[FACES];
+    CapsuleList capsules[ROOM(CAPSULES)];
+    FaceList faces[ROOM(FACES)];
 } Scene;
 
 // The end of rays that have none in common: so far that a beam begins where they do.

@@ -19,7 +19,7 @@ typedef struct {
     real o[3], d[3];             // origin and direction
     INTEGER leaves;              // as in Ray
     INTEGER inside[MAX_INSIDE];  // NEST: index + 1
-    PassedSingle passed[OPACITY];
+    PassedSingle passed[ROOM(OPACITY)];
 } Single;
 
 // A packet's rays in memory, where a lane can be chosen at run time.
@@ -27,7 +27,7 @@ typedef struct {
     reals coordinates[6];
     ints leaves[1];
     ints inside[MAX_INSIDE];
-    Passed passed[OPACITY];
+    Passed passed[ROOM(OPACITY)];
 } Rays;
 
 // TREE: a packet's rays, to be taken one by one.

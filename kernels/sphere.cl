@@ -9,11 +9,20 @@
 
 // NEST or OPACITY: of each sphere of the scene's list. 8 bytes as float32, 16 as float64; with OPACITY 12
 // and 24.
+#if OPACITY
 typedef struct {
     INTEGER order;  // of transparent spheres: the larger, the smaller the sphere; 0: opaque
     INTEGER veil;   // what it takes of a shadow ray that enters it, see veiled()
-    real opacity[OPACITY];
+    real opacity;
 } Glass;
+#define OPACITY_OF(glass) ((glass).opacity)
+#else
+typedef struct {
+    INTEGER order;
+    INTEGER veil;
+} Glass;
+#define OPACITY_OF(glass) 1
+#endif
 
 // 64 bytes as float32, one cache line; 120 as float64. Written by clrt/renderer/pack/spheres.py. In camera space,
 // see camera.cl.
@@ -66,7 +75,7 @@ typedef struct {
                        // that leaves a convex body does not come back, so no epsilon is needed.
     int all_leave;     // that index if it is the same in all lanes that count, else -1
     Inside inside;
-    Passed passed[OPACITY];
+    Passed passed[ROOM(OPACITY)];
 } Ray;
 
 // OPACITY: of rays that have gone through nothing yet.

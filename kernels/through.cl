@@ -23,7 +23,7 @@ static reals opacities_of(__global const Glass *glass, ints spheres) {
     __private const INTEGER *sphere = EACH_INT(spheres);
     __private reals found[1] = {1};
     for (int i = 0; i < LANES; i++)
-        if (sphere[i] >= 0) EACH_REAL(found)[i] = glass[sphere[i]].opacity[0];
+        if (sphere[i] >= 0) EACH_REAL(found)[i] = OPACITY_OF(glass[sphere[i]]);
     return found[0];
 }
 
