@@ -134,6 +134,18 @@ typedef struct {
     ints veil;   // VEILED: what has been taken, see veiled()
 } Left;
 
+// TREE: what is left of shadow rays after thing `id` of a leaf, which some of them meet. near: see
+// taken_in_tree().
+static Left left_after(const Tree *tree, Left left, int id, ints met, bool near) {
+    if (VEILED) {
+        bool all = near && !OPACITY;
+        left.veil = veiled(left.veil, met, all ? OPAQUE : tree->glass[id].veil);
+    } else {
+        left.clear &= !met;
+    }
+    return left;
+}
+
 // TREE: tests those spheres of a leaf against shadow rays that end at `distance`, see taken_in_tree().
 static Left left_by_spheres(const Tree *tree, __global const Leaf *leaf, uint bits, Left left,
                             Ray ray, reals distance, ints on, bool near) {
@@ -145,11 +157,8 @@ static Left left_by_spheres(const Tree *tree, __global const Leaf *leaf, uint bi
         if (VEILED) {
             met &= on;
             if (!ANY(met)) continue;
-            bool all = near && !OPACITY;
-            left.veil = veiled(left.veil, met, all ? OPAQUE : tree->glass[leaf->id[k]].veil);
-        } else {
-            left.clear &= !met;
         }
+        left = left_after(tree, left, leaf->id[k], met, near);
     }
     if (VEILED) left.clear = on & (left.veil < OPAQUE);
     return left;

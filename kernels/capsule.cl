@@ -124,11 +124,7 @@ static INTEGER taken_by_capsules(const Tree *tree, __global const CapsuleLeaf *l
     if (!wide_bits(met)) return taken;
     CAPSULE_HIT(wides, wide_ints)
     uint bits = wide_bits(met & (t < limit));
-    if (bits && (!VEILED || (near && !OPACITY))) return ALL;
-    if (!VEILED) return taken;
-    for (; bits; bits &= bits - 1)
-        taken = veiled_single(taken, tree->glass[leaf->id[LOWEST_BIT(bits)]].veil);
-    return taken;
+    return taken_by_some(tree, leaf->id, bits, near, taken);
 }
 
 // CAPSULES: the capsules of a leaf that the beam meets before `end`, as bits: an end does, on the inner
@@ -178,12 +174,7 @@ static Left left_by_capsules(const Tree *tree, __global const CapsuleLeaf *leaf,
         if (!ANY(met)) continue;
         CAPSULE_HIT(reals, ints)
         met &= t < distance;
-        if (VEILED) {
-            INTEGER veil = near && !OPACITY ? OPAQUE : tree->glass[leaf->id[k]].veil;
-            left.veil = veiled(left.veil, met, veil);
-        } else {
-            left.clear &= !met;
-        }
+        left = left_after(tree, left, leaf->id[k], met, near);
     }
     if (VEILED) left.clear = on & (left.veil < OPAQUE);
     return left;

@@ -124,12 +124,7 @@ static INTEGER taken_by_faces(const Tree *tree, __global const FaceLeaf *leaf, c
     if (!wide_bits(met)) return taken;
     wides distance = FACE_DISTANCE(shear);
     uint bits = wide_bits(met & (distance > 0) & (distance < limit));
-    if (bits && (!VEILED || (near && !OPACITY))) return ALL;
-    if (VEILED) {
-        for (; bits; bits &= bits - 1)
-            taken = veiled_single(taken, tree->glass[leaf->id[LOWEST_BIT(bits)]].veil);
-    }
-    return taken;
+    return taken_by_some(tree, leaf->id, bits, near, taken);
 }
 
 // FACES: the triangles of a leaf that the beam meets before `end`, as bits: where not all corners are on the other
@@ -213,12 +208,7 @@ static Left left_by_faces(const Tree *tree, __global const FaceLeaf *leaf, uint 
         if (!ANY(met)) continue;
         reals distance = FACE_DISTANCE(shears);
         met &= (distance > 0) & (distance < limit);
-        if (VEILED) {
-            bool all = near && !OPACITY;
-            left.veil = veiled(left.veil, met, all ? OPAQUE : tree->glass[leaf->id[j]].veil);
-        } else {
-            left.clear &= !met;
-        }
+        left = left_after(tree, left, leaf->id[j], met, near);
     }
     if (VEILED) left.clear = on & (left.veil < OPAQUE);
     return left;

@@ -92,6 +92,15 @@ static Hit first_side(const Scene *scene, Hit hit, Ray ray) {
     return far_sides(hit, ray, scene->spheres, scene->sphere_count);
 }
 
+// TREE: what the tree of a kind takes of a light, beside what is taken. See taken_in_tree().
+static ints taken_with_tree(const Tree *tree, int kind, ints taken, Ray ray, reals distance,
+                            Vector light, ints on) {
+    on &= !takes_all(taken);
+    if (!ANY(on)) return taken;
+    ints more = taken_in_tree(tree, kind, ray, distance, light, on, false);
+    return VEILED ? veiled(taken, on, more) : taken | more;
+}
+
 // What is taken of light k for the rays that are on, see taken_with(): rays to the light, which end
 // at `distance`. light: where they end, if that is one point; else far away.
 static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, Vector light,
@@ -105,22 +114,13 @@ static ints taken_of_light(const Scene *scene, int k, Ray ray, reals distance, V
     if (ANY(on))
         taken = occluded_by_listed(ray, distance, encloses, scene->spheres, scene->ids,
                                    scene->glass, scene->sphere_count);
-    on &= !takes_all(taken);
-    if (!ANY(on)) return taken;
-    ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, light, on, false);
-    taken = VEILED ? veiled(taken, on, more) : taken | more;
+    taken = taken_with_tree(&scene->tree, OF_SPHERES, taken, ray, distance, light, on);
     if (CAPSULES) {
-        on &= !takes_all(taken);
-        if (!ANY(on)) return taken;
-        more = taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, light, on, false);
-        taken = VEILED ? veiled(taken, on, more) : taken | more;
+        taken =
+            taken_with_tree(&scene->capsules->tree, OF_CAPSULES, taken, ray, distance, light, on);
     }
-    if (FACES) {
-        on &= !takes_all(taken);
-        if (!ANY(on)) return taken;
-        more = taken_in_tree(&scene->faces->tree, OF_FACES, ray, distance, light, on, false);
-        taken = VEILED ? veiled(taken, on, more) : taken | more;
-    }
+    if (FACES)
+        taken = taken_with_tree(&scene->faces->tree, OF_FACES, taken, ray, distance, light, on);
     return taken;
 }
 
@@ -133,28 +133,23 @@ static Cover cover_of_light(const Scene *scene, int k, Ray ray, Cap cap, ints on
     return covered_in_tree(&scene->tree, cover, ray, cap, on, light->position, light->radius);
 }
 
+// OCCLUSION and TREE: what is met in the tree of a kind, beside what is met before. See met_by().
+static ints met_with_tree(const Tree *tree, int kind, ints met, Ray ray, reals distance, ints on) {
+    ints open = on & !(OPACITY ? met >= OPAQUE : met);
+    if (!ANY(open)) return met;
+    ints more = taken_in_tree(tree, kind, ray, distance, FAR_AWAY, open, true);
+    return OPACITY ? veiled(met, open, more) : met | (more != 0);
+}
+
 // OCCLUSION: the rays that are on and meet something before that distance, glass as well. OPACITY: what
 // is taken of them by what they meet.
 static ints met_by(const Scene *scene, Ray ray, reals distance, ints on) {
     ints met =
         met_before(ray, distance, scene->spheres, scene->ids, scene->glass, scene->sphere_count);
     met = OPACITY ? PICK_INT(on, met, 0) : on & met;
-    ints open = on & !(OPACITY ? met >= OPAQUE : met);
-    if (!TREE || !ANY(open)) return met;
-    ints more = taken_in_tree(&scene->tree, OF_SPHERES, ray, distance, FAR_AWAY, open, true);
-    met = OPACITY ? veiled(met, open, more) : met | (more != 0);
-    if (CAPSULES) {
-        open = on & !(OPACITY ? met >= OPAQUE : met);
-        if (!ANY(open)) return met;
-        more =
-            taken_in_tree(&scene->capsules->tree, OF_CAPSULES, ray, distance, FAR_AWAY, open, true);
-        met = OPACITY ? veiled(met, open, more) : met | (more != 0);
-    }
-    if (FACES) {
-        open = on & !(OPACITY ? met >= OPAQUE : met);
-        if (!ANY(open)) return met;
-        more = taken_in_tree(&scene->faces->tree, OF_FACES, ray, distance, FAR_AWAY, open, true);
-        met = OPACITY ? veiled(met, open, more) : met | (more != 0);
-    }
+    if (!TREE) return met;
+    met = met_with_tree(&scene->tree, OF_SPHERES, met, ray, distance, on);
+    if (CAPSULES) met = met_with_tree(&scene->capsules->tree, OF_CAPSULES, met, ray, distance, on);
+    if (FACES) met = met_with_tree(&scene->faces->tree, OF_FACES, met, ray, distance, on);
     return met;
 }

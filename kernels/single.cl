@@ -145,15 +145,22 @@ static void nearest_sphere(__global const Leaf *leaf, const Single *ray, real *d
 // Of taken_with(): all that there is.
 #define ALL (VEILED ? OPAQUE : (INTEGER) - 1)
 
+// TREE: what those things of a leaf, as bits, take of a shadow ray that meets them, beside what is taken.
+// ids: of the leaf's things. near: see taken_in_tree().
+static INTEGER taken_by_some(const Tree *tree, __global const int *ids, uint bits, bool near,
+                             INTEGER taken) {
+    if (bits && ((near && !OPACITY) || !VEILED)) return ALL;
+    if (!VEILED) return taken;
+    for (; bits; bits &= bits - 1)
+        taken = veiled_single(taken, tree->glass[ids[LOWEST_BIT(bits)]].veil);
+    return taken;
+}
+
 // TREE: what a leaf's spheres take of a shadow ray beside what is taken. near: all (OPACITY: their
 // part), if it meets one before `limit`; else if their middles are before it.
 static INTEGER taken_by_spheres(const Tree *tree, __global const Leaf *leaf, const Single *ray,
                                 real limit, bool near, INTEGER taken) {
     LEAF_QUADRATIC(ray, leaf)
     uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
-    if (bits && ((near && !OPACITY) || !VEILED)) return ALL;
-    if (!VEILED) return taken;
-    for (; bits; bits &= bits - 1)
-        taken = veiled_single(taken, tree->glass[leaf->id[LOWEST_BIT(bits)]].veil);
-    return taken;
+    return taken_by_some(tree, leaf->id, bits, near, taken);
 }
