@@ -21,6 +21,16 @@ from clrt.renderer.pack.features import LANES, Features
 from clrt.renderer.pack.structs import Precision
 from clrt.scene.scene import Scene
 
+LIT = """[camera]
+position = [0, 0, 3]
+look_at = [0, 0, 0]
+[[lights]]
+position = [0, 5, 5]
+[materials.m]
+diffuse = [1, 1, 1]
+"""
+"""A scene file that what is to be seen goes on."""
+
 DEVICES = devices()
 # As clrt does without PyOpenCL's cache: its programs for Intel have lost the arguments' names.
 setattr(cl, "_PYOPENCL_NO_CACHE", True)  # noqa: B010

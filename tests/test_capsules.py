@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LIT
 from msgspec.structs import replace
 
 import clrt
@@ -19,15 +20,8 @@ START, END = np.arange(12.0).reshape(4, 3), np.arange(12.0).reshape(4, 3) + 1
 RED = clrt.Material((0.1, 0, 0), (0.7, 0, 0), (1, 1, 1), shininess=100)
 CAMERA = clrt.Camera((0, 0, 3), (0, 0, 0))
 LIGHTS = (clrt.Light((3, 4, 5)), clrt.AmbientLight((0.2, 0.2, 0.2)))
-FILE = """
-[camera]
-position = [0, 0, 3]
-look_at = [0, 0, 0]
-[[lights]]
-position = [0, 5, 5]
-[materials.m]
-diffuse = [1, 1, 1]
-[[capsules]]
+FILE = f"""
+{LIT}[[capsules]]
 start = [0, 0, 0]
 end = [1, 0, 0]
 radius = 0.1

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LIT
 
 import clrt
 from clrt import Mesh, Scene
@@ -18,15 +19,8 @@ from clrt.truth import tracer
 TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 OUTWARD = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 CAMERA = clrt.Camera((0, 0, 3), (0, 0, 0))
-FILE = """
-[camera]
-position = [0, 0, 3]
-look_at = [0, 0, 0]
-[[lights]]
-position = [0, 5, 5]
-[materials.m]
-diffuse = [1, 1, 1]
-[[meshes]]
+FILE = f"""
+{LIT}[[meshes]]
 vertices = [[0, 0, 0], [1, 0, 0], [0.5, 1, 0]]
 faces = [[0, 1, 2]]
 normals = [[0, 0, 1], [0, 1, 0], [1, 0, 0]]

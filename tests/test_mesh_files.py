@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LIT
 from mesh_cases import sphere
 
 import clrt
@@ -393,15 +394,8 @@ def test_triangles() -> None:
     assert polygon.tolist() == [0, 1, 1]
 
 
-SCENE = """
-[camera]
-position = [0, 0, 3]
-look_at = [0, 0, 0]
-[[lights]]
-position = [0, 5, 5]
-[materials.m]
-diffuse = [1, 1, 1]
-[[meshes]]
+SCENE = f"""
+{LIT}[[meshes]]
 file = "a.stl"
 material = "m"
 """

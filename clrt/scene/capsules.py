@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clrt.scene.rows import Rows, colors_of, materials_of, radii_of, triple
+from clrt.scene.rows import Rows, colors_of, materials_of, own_colors, radii_of, triple
 from clrt.values import Array, Color, Vec3, floats, number, require, vectors
 
 
@@ -72,12 +72,10 @@ class Capsules(Rows[Capsule]):
         """Any sequence of capsules as arrays."""
         if isinstance(capsules, Capsules):
             return capsules
-        colored = any(capsule.color is not None for capsule in capsules)
-        color = [capsule.color or (1, 1, 1) for capsule in capsules] if colored else None
         return Capsules(
             np.array([capsule.start for capsule in capsules]).reshape(-1, 3),
             np.array([capsule.end for capsule in capsules]).reshape(-1, 3),
             np.array([capsule.radius for capsule in capsules], float),
             [capsule.material for capsule in capsules],
-            color,
+            own_colors(capsules),
         )

@@ -180,6 +180,13 @@ def colors_of(key: str, given: ArrayLike | None, n: int) -> Array | None:
     return found
 
 
+def own_colors(things: Sequence[Any]) -> list[Vec3] | None:
+    """The colours of structs that may have one, white where another's has; None: none has one."""
+    if all(thing.color is None for thing in things):
+        return None
+    return [thing.color or (1, 1, 1) for thing in things]
+
+
 def materials_of(key: str, given: Any, n: int) -> tuple[Array, tuple[str, ...] | None]:
     """Indices (n,) int32, and the names that they count, or None if they count the scene's.
 

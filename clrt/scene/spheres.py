@@ -6,7 +6,15 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clrt.scene.rows import Rows, colors_of, materials_of, opacities_of, radii_of, triple
+from clrt.scene.rows import (
+    Rows,
+    colors_of,
+    materials_of,
+    opacities_of,
+    own_colors,
+    radii_of,
+    triple,
+)
 from clrt.values import Array, Color, Vec3, floats, number, require, vectors
 
 
@@ -74,14 +82,12 @@ class Spheres(Rows[Sphere]):
         """Any sequence of spheres as arrays."""
         if isinstance(spheres, Spheres):
             return spheres
-        colored = any(sphere.color is not None for sphere in spheres)
-        color = [sphere.color or (1, 1, 1) for sphere in spheres] if colored else None
         seen_through = any(sphere.opacity < 1 for sphere in spheres)
         opacity = [sphere.opacity for sphere in spheres] if seen_through else None
         return Spheres(
             np.array([sphere.center for sphere in spheres]).reshape(-1, 3),
             np.array([sphere.radius for sphere in spheres], float),
             [sphere.material for sphere in spheres],
-            color,
+            own_colors(spheres),
             opacity,
         )
