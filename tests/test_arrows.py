@@ -11,8 +11,8 @@ import clrt
 from clrt.commands.cli import main
 from clrt.errors import ParticleWarning, RequestError
 from clrt.figure import compose
-from clrt.figure.coloring import colored
 from clrt.figure.compose import Look
+from clrt.figure.representation import represented
 from clrt.film import color
 from clrt.motion.trajectory import Flow
 
@@ -29,7 +29,7 @@ HERE = clrt.Particles(
 
 
 def arrows(**given: Any) -> clrt.Capsules:
-    found = colored(HERE, vectors="v", **given).capsules
+    found = represented(HERE, vectors="v", **given).capsules
     assert found is not None
     return found
 
@@ -58,7 +58,7 @@ def test_arrows_are_as_long_as_it_suits() -> None:
     lengths = np.linalg.norm(WAYS[[0, 1, 4]], axis=1)
     scale = 2 * 0.5 / lengths.mean()
     assert np.linalg.norm(reach[0]) < 0.5 + scale * lengths[0]
-    made = colored(HERE, vectors="v")
+    made = represented(HERE, vectors="v")
     assert made.parts[1].center[0] == pytest.approx([0.5 + 2 * scale, 0, 0])
     scene = compose.scene(HERE, Look(vectors="v", view="-y", margin=0, size=(100, 100)))
     assert scene.camera.height == pytest.approx(1 + 2 * scale, rel=0.02)
@@ -115,11 +115,11 @@ def test_what_is_not_drawn_is_said() -> None:
     with pytest.warns(ParticleWarning, match="vectors: 1 of 5 are no finite numbers"):
         arrows()
     with pytest.warns(ParticleWarning, match="bonds: none are found"):
-        colored(HERE, bonds=1e-3)
+        represented(HERE, bonds=1e-3)
 
 
 def test_a_solid_box() -> None:
-    made = colored(HERE, cell="solid", replicate=(1, 1, 2))
+    made = represented(HERE, cell="solid", replicate=(1, 1, 2))
     edges = made.capsules
     assert edges is not None
     assert len(edges) == 12

@@ -13,8 +13,8 @@ from clrt import reference
 from clrt.commands.cli import main
 from clrt.errors import RequestError
 from clrt.figure import compose, sources
-from clrt.figure.coloring import colored
 from clrt.figure.compose import Look
+from clrt.figure.representation import represented
 from clrt.figure.resolver import resolved
 from clrt.files.scenefile import load_scene
 from clrt.film import color, metrics
@@ -38,7 +38,7 @@ def ends(made: Any) -> list[list[float]]:
 
 
 def test_one_capsule_where_ends_have_one_colour_else_two() -> None:
-    made = colored(CHAIN, bonds="file")
+    made = represented(CHAIN, bonds="file")
     assert ends(made) == [[0.1, 1.6], [1.6, 2.35], [3.1, 2.35]]
     assert len(made.parts) == 1
     assert made.capsules is not None
@@ -46,37 +46,37 @@ def test_one_capsule_where_ends_have_one_colour_else_two() -> None:
     carbon, oxygen = color.linear(np.array([[0x90] * 3, [0xFF, 0x0D, 0x0D]], np.uint8))
     assert (made.capsules.color == [carbon, carbon, oxygen]).all()
     assert made.capsules.names == ("soft",)
-    one = colored(CHAIN, bonds="file", bond_color="red").capsules
+    one = represented(CHAIN, bonds="file", bond_color="red").capsules
     assert one is not None
     assert one.color is not None
     assert len(one) == 2
     assert (one.color == color.linear(np.array([255, 0, 0], np.uint8))).all()
-    white = colored(CHAIN, bonds="file", color="material", material="gold").capsules
+    white = represented(CHAIN, bonds="file", color="material", material="gold").capsules
     assert white is not None
     assert white.color is None
 
 
 def test_halves_across_the_box() -> None:
-    made = colored(RING, bonds="file")
+    made = represented(RING, bonds="file")
     assert ends(made) == [[4.6, 5.35], [0.1, -0.65]]
     assert made.parts[1].center[:, 0] == pytest.approx([5.35, -0.65])
     scene = compose.scene(RING, Look(bonds="file", view="z", size=(600, 300), margin=0))
     # Twice as wide as high: it holds the halves and their round ends.
     assert scene.camera.height is not None
     assert scene.camera.height * 2 == pytest.approx(6 + 2 * 0.12, rel=1e-6)
-    many = colored(RING, bonds="file", replicate=(2, 1, 1))
+    many = represented(RING, bonds="file", replicate=(2, 1, 1))
     assert ends(many) == [[4.6, 5.35], [0.1, -0.65], [10.6, 11.35], [6.1, 5.35]]
     beside = RING.replaced(positions=np.add(RING.positions, [1.5, 0, 0]))
-    assert ends(colored(beside, bonds="file", wrap=True)) == [[0.1, 1.6]]
+    assert ends(represented(beside, bonds="file", wrap=True)) == [[0.1, 1.6]]
 
 
 def test_bonds_go_with_their_particles() -> None:
-    assert ends(colored(CHAIN, bonds="file", hide="x < 1")) == [[1.6, 2.35], [3.1, 2.35]]
+    assert ends(represented(CHAIN, bonds="file", hide="x < 1")) == [[1.6, 2.35], [3.1, 2.35]]
     mask = np.array([1, 1, 0, 1], bool)
-    assert ends(colored(CHAIN, bonds="file", mask=mask)) == [[0.1, 1.6]]
+    assert ends(represented(CHAIN, bonds="file", mask=mask)) == [[0.1, 1.6]]
     given = np.array([[2, 3], [1, 3], [0, 1]])
-    assert ends(colored(CHAIN, bonds=given, mask=mask)) == [[1.6, 4.6], [0.1, 1.6]]
-    only = colored(CHAIN, bonds="auto", select="element == 'C'", bond_color="red")
+    assert ends(represented(CHAIN, bonds=given, mask=mask)) == [[1.6, 4.6], [0.1, 1.6]]
+    only = represented(CHAIN, bonds="auto", select="element == 'C'", bond_color="red")
     assert ends(only) == [[0.1, 1.6], [4.6, 5.35], [0.1, -0.65]]
 
 
@@ -99,13 +99,13 @@ def test_bonds_go_with_their_particles() -> None:
 )
 def test_which(particles: clrt.Particles, given: dict[str, Any], expected: int | None) -> None:
     """Of one colour: one each, and two across the box."""
-    made = colored(particles, radius=0.3, bond_color="red", **given).capsules
+    made = represented(particles, radius=0.3, bond_color="red", **given).capsules
     assert (None if made is None else len(made)) == expected
 
 
 def test_radii() -> None:
     def thick(particles: clrt.Particles, **given: Any) -> float:
-        made = colored(particles, **{"bonds": "file", **given}).capsules
+        made = represented(particles, **{"bonds": "file", **given}).capsules
         assert made is not None
         return float(made.radius[0])
 
@@ -116,12 +116,12 @@ def test_radii() -> None:
     assert thick(RING, scale=0.5) == pytest.approx(0.06)
     assert thick(RING, bond_radius=0.7) == 0.7
     balls: dict[str, Any] = {"balls": True}
-    assert colored(CHAIN, **balls).spheres.radius[:3] == pytest.approx([0.425, 0.425, 0.38])
-    assert colored(RING, **balls).spheres.radius == pytest.approx(np.full(4, 0.2))
-    assert colored(RING, **balls, radius=0.3).spheres.radius == pytest.approx(np.full(4, 0.3))
+    assert represented(CHAIN, **balls).spheres.radius[:3] == pytest.approx([0.425, 0.425, 0.38])
+    assert represented(RING, **balls).spheres.radius == pytest.approx(np.full(4, 0.2))
+    assert represented(RING, **balls, radius=0.3).spheres.radius == pytest.approx(np.full(4, 0.3))
     both = CHAIN.replaced(radii=np.full(4, 9.0))
-    assert colored(both, **balls).spheres.radius[0] == pytest.approx(0.425)
-    some = colored(CHAIN, **balls, radius={"O": 1.0}).spheres.radius
+    assert represented(both, **balls).spheres.radius[0] == pytest.approx(0.425)
+    some = represented(CHAIN, **balls, radius={"O": 1.0}).spheres.radius
     assert some == pytest.approx([0.425, 0.425, 1, 0.425])
 
 

@@ -11,8 +11,9 @@ from msgspec.structs import replace
 import clrt
 from clrt.commands.cli import main
 from clrt.errors import ParticleWarning, RequestError
-from clrt.figure.coloring import colored, decorated
 from clrt.figure.compose import Look, scene
+from clrt.figure.decoration import decorated
+from clrt.figure.representation import represented
 from clrt.film import color
 from clrt.film.decor import panel
 from clrt.particles import choose, elements, palette
@@ -37,38 +38,38 @@ ALL = clrt.Particles(
 
 
 def centres(**how: Any) -> np.ndarray:
-    return colored(ALL, **how).spheres.center
+    return represented(ALL, **how).spheres.center
 
 
 def test_select_and_hide() -> None:
     assert (centres(select="x > 0") == AT[AT[:, 0] > 0]).all()
     assert (centres(hide="chain in ('A', 'C')") == AT[CHAINS == "B"]).all()
-    both = colored(ALL, select="index >= 10", hide="element == 'H'")
+    both = represented(ALL, select="index >= 10", hide="element == 'H'")
     assert both.rows is not None
     assert both.rows.tolist() == [k for k in range(10, N) if k % 3]
     assert (both.spheres.center == AT[both.rows]).all()
 
 
 def test_what_is_selected_has_the_colours_of_its_own_range() -> None:
-    found = colored(ALL, select="heat < 9", color="heat")
+    found = represented(ALL, select="heat < 9", color="heat")
     cold = ALL.values["heat"][ALL.values["heat"] < 9]
     assert found.meaning.clim == (cold.min(), cold.max())
     # But the expression is one over all.
-    part = colored(ALL, select="index > 20", color="x - min(x)").meaning.clim
+    part = represented(ALL, select="index > 20", color="x - min(x)").meaning.clim
     assert part is not None
     assert part[0] == (AT[21:, 0] - AT[:, 0].min()).min()
 
 
 def test_nothing_is_left() -> None:
     with pytest.raises(RequestError) as error:
-        colored(ALL, select="chain == 'D' and x > 0")
+        represented(ALL, select="chain == 'D' and x > 0")
     assert str(error.value).startswith("select: expected to keep at least one of 30 particles, got")
     assert "chain is one of 'A', 'B', 'C'; x is from " in str(error.value)
     with pytest.raises(RequestError, match=r"hide: expected to keep at least one"):
-        colored(ALL, hide="True")
+        represented(ALL, hide="True")
     for text, said in (("x", "a condition"), ("chain", "a condition"), ("x >", "invalid syntax")):
         with pytest.raises(RequestError, match=f"select: .*{said}"):
-            colored(ALL, select=text)
+            represented(ALL, select=text)
 
 
 def test_wrapped_particles_are_in_the_box() -> None:
@@ -87,7 +88,7 @@ def test_wrapped_particles_are_in_the_box() -> None:
 
 
 def test_images() -> None:
-    found = colored(ALL, select="x > 0", replicate=(2, 1, 3), color="chain", cell=True)
+    found = represented(ALL, select="x > 0", replicate=(2, 1, 3), color="chain", cell=True)
     kept = AT[AT[:, 0] > 0]
     expected = [kept + i * CELL[0] + k * CELL[2] for i in range(2) for k in range(3)]
     assert found.spheres.center == pytest.approx(np.concatenate(expected))
@@ -99,30 +100,30 @@ def test_images() -> None:
     assert own is not None
     assert (own == np.tile(own[: len(kept)], (6, 1))).all()
     with pytest.raises(RequestError, match="replicate: expected particles in a box, got none"):
-        colored(clrt.Particles(AT, radii=1), replicate=(2, 1, 1))
+        represented(clrt.Particles(AT, radii=1), replicate=(2, 1, 1))
 
 
 def test_radii_of_kinds() -> None:
-    radii = colored(ALL, radius={"1": 0.5, "Cl": 2.0, "CA": 1.0}).spheres.radius
+    radii = represented(ALL, radius={"1": 0.5, "Cl": 2.0, "CA": 1.0}).spheres.radius
     for k in range(N):
         own = 0.5 if k % 2 == 0 else 0.3
         own = 2.0 if k % 3 == 2 else own
         assert radii[k] == (1.0 if k % 5 == 0 else own)
     bare = clrt.Particles(AT, elements=ALL.elements)
-    found = colored(bare, radius={"H": 0.5}).spheres.radius
+    found = represented(bare, radius={"H": 0.5}).spheres.radius
     expected = elements.VAN_DER_WAALS[bare.elements]
     assert (found == np.where(bare.elements == 1, 0.5, expected)).all()
 
 
 def test_a_kind_that_is_not_there_is_warned_of() -> None:
     with pytest.warns(ParticleWarning, match=r"radius: no particle is called 'CL', .*mean 'Cl'"):
-        colored(ALL, radius={"CL": 2.0})
+        represented(ALL, radius={"CL": 2.0})
     with pytest.warns(ParticleWarning, match="colors: no particle is called 'Q'"):
-        colored(ALL, colors={"Q": "red", "H": "blue"})
+        represented(ALL, colors={"Q": "red", "H": "blue"})
 
 
 def legend_of(**how: Any) -> dict[str, list[int]]:
-    film = decorated(Film(colorbar=" "), [colored(ALL, **how)])
+    film = decorated(Film(colorbar=" "), [represented(ALL, **how)])
     srgb = {one.name: color.to_srgb(np.array(one.color)) for one in film.legend}
     return {name: np.rint(255 * one).astype(int).tolist() for name, one in srgb.items()}
 
@@ -136,7 +137,7 @@ def test_colours_of_kinds() -> None:
     assert legend_of(color="chain") == dict(zip("ABC", first, strict=True))
     changed = legend_of(color="chain", colors={"B": "red"})
     assert changed == {"A": first[0], "B": RED, "C": first[2]}
-    own = colored(ALL, color="chain", colors={"B": "red"}).spheres.color
+    own = represented(ALL, color="chain", colors={"B": "red"}).spheres.color
     assert own is not None
     assert (own[0::3] == color.linear(np.array(RED, np.uint8))).all()
     assert (own[1::3] == color.linear(palette.OKABE_ITO[0])).all()

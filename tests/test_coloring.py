@@ -1,12 +1,12 @@
-"""Particles as spheres: their radii, their colours, and what is asked for that they do not have."""
+"""What gives particles their colours and opacities, and what is asked for that they do not have."""
 
 from typing import Any
 
 import numpy as np
 import pytest
 
-from clrt.errors import ParticleWarning, RequestError
-from clrt.figure.coloring import colored
+from clrt.errors import RequestError
+from clrt.figure.representation import represented
 from clrt.film import color
 from clrt.particles import elements, palette
 from clrt.particles.particles import Particles
@@ -24,36 +24,16 @@ BARE = Particles(AT)
 STEEL = np.array([70, 130, 180], np.uint8)
 
 
-def test_positions_are_centres_and_not_copied() -> None:
-    assert colored(BARE, radius=1).spheres.center is BARE.positions
-
-
-def test_radii_are_the_files_or_the_elements() -> None:
-    assert colored(ALL).spheres.radius.tolist() == [1, 2, 3, 4]
-    assert colored(ALL, scale=0.5).spheres.radius.tolist() == [0.5, 1, 1.5, 2]
-    assert colored(ALL, radius=2, scale=0.5).spheres.radius.tolist() == [1, 1, 1, 1]
-    atoms = Particles(AT, elements=[1, 6, 8, 0])
-    assert colored(atoms).spheres.radius.tolist() == [1.2, 1.7, 1.52, 1.0]
-    nm = Particles(AT, elements=[1, 6, 8, 0], unit="nm")
-    assert colored(nm).spheres.radius == pytest.approx([0.12, 0.17, 0.152, 0.1])
-
-
-def test_a_radius_of_the_neighbours_is_said() -> None:
-    with pytest.warns(ParticleWarning, match=r"radius 2\.598: half the median .* --radius X"):
-        found = colored(BARE).spheres.radius
-    assert found == pytest.approx(np.full(4, 27**0.5 / 2))
-    with pytest.warns(ParticleWarning, match="radius 1: there is one place"):
-        assert colored(Particles(AT[:1])).spheres.radius == 1
-
-
 def test_the_first_colours_that_there_are() -> None:
-    assert colored(ALL).by == "file"
-    assert colored(Particles(AT, elements=[1, 1, 1, 1], types=[0, 0, 0, 0])).by == "element"
-    assert colored(Particles(AT, types=[0, 0, 0, 0]), radius=1).by == "type"
-    bare = colored(BARE, radius=1)
-    assert bare.by == "one"
+    assert represented(ALL).source.by == "file"
+    assert (
+        represented(Particles(AT, elements=[1, 1, 1, 1], types=[0, 0, 0, 0])).source.by == "element"
+    )
+    assert represented(Particles(AT, types=[0, 0, 0, 0]), radius=1).source.by == "type"
+    bare = represented(BARE, radius=1)
+    assert bare.source.by == "one"
     assert bare.spheres.color == pytest.approx(np.tile(color.linear(STEEL), (4, 1)))
-    assert colored(BARE, radius=1, material="gold").by == "material"
+    assert represented(BARE, radius=1, material="gold").source.by == "material"
 
 
 def test_colours_become_linear() -> None:
@@ -61,14 +41,14 @@ def test_colours_become_linear() -> None:
         return color.linear(np.asarray(srgb, np.uint8)).tolist()
 
     def of(name: str) -> list[list[float]]:
-        found = colored(ALL, color=name).spheres.color
+        found = represented(ALL, color=name).spheres.color
         assert found is not None
         return found.tolist()
 
     assert of("file") == linear(ALL.colors)
     assert of("element") == linear(elements.COLORS[[1, 6, 8, 0]])
     assert of("type") == linear(palette.OKABE_ITO[[1, 2, 1, 7]])
-    assert colored(ALL, color="material").spheres.color is None
+    assert represented(ALL, color="material").spheres.color is None
     viridis = palette.colormap("viridis")
     assert of("v") == linear([palette.UNKNOWN, viridis[0], viridis[-1], viridis[-1]])
     assert of("flat") == linear([viridis[128]] * 4)
@@ -77,32 +57,32 @@ def test_colours_become_linear() -> None:
 
 
 def test_the_range_of_a_column() -> None:
-    assert colored(ALL, color="v").meaning.clim == (2, 4)
-    outside = colored(ALL, color="v", clim=(3, 3.5), cmap="plasma")
+    assert represented(ALL, color="v").meaning.clim == (2, 4)
+    outside = represented(ALL, color="v", clim=(3, 3.5), cmap="plasma")
     plasma = color.linear(palette.colormap("plasma"))
     assert outside.meaning.clim == (3, 3.5)
     assert outside.spheres.color is not None
     assert (outside.spheres.color[1:] == plasma[[0, -1, -1]]).all()
-    assert colored(ALL).meaning.clim is None
+    assert represented(ALL).meaning.clim is None
 
 
 @pytest.mark.parametrize("name", ["file", "element", "type", "speed"])
 def test_what_there_is_not(name: str) -> None:
     with pytest.raises(RequestError) as error:
-        colored(Particles(AT, values={"v": [1, 2, 3, 4]}), radius=1, color=name)
+        represented(Particles(AT, values={"v": [1, 2, 3, 4]}), radius=1, color=name)
     expected = "'material', 'v', 'x', 'y', 'z', 'index'"
     assert str(error.value) == f"color: expected one of {expected}, got {name!r}"
 
 
 def test_a_column_named_as_what_all_can_have_is_not_meant() -> None:
     odd = Particles(AT, types=[0, 1, 2, 3], values={"type": [9, 9, 9, 9], "element": [1, 2, 3, 4]})
-    assert colored(odd, radius=1, color="type").by == "type"
-    assert colored(odd, radius=1, color="element").by == "column"
+    assert represented(odd, radius=1, color="type").source.by == "type"
+    assert represented(odd, radius=1, color="element").source.by == "column"
 
 
 def test_opacities_are_said_or_the_files() -> None:
     def found(particles: Particles = BARE, **drawn: Any) -> Any:
-        spheres = colored(particles, radius=1, **drawn).spheres
+        spheres = represented(particles, radius=1, **drawn).spheres
         return None if spheres.opacity is None else spheres.opacity.tolist()
 
     seen_through = BARE.replaced(opacities=[0.5, 1, 0, 0.25])

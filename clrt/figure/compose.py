@@ -12,8 +12,10 @@ from msgspec.structs import force_setattr, replace
 
 from clrt.errors import SceneError, SceneWarning
 from clrt.figure import framing, styles, surfaces
-from clrt.figure.coloring import Colored, Meaning, colored, decorated, nothing
+from clrt.figure.decoration import decorated
 from clrt.figure.framing import PROJECTIONS, Projection
+from clrt.figure.meaning import Meaning
+from clrt.figure.representation import Representation, nothing, represented
 from clrt.film import color
 from clrt.film.decor import panel, words
 from clrt.film.decor.cell import corners_of
@@ -150,7 +152,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def coloring(self) -> dict[str, Any]:
-        """As a clrt.ParticleFile says it, and coloring.colored() takes it."""
+        """As a clrt.ParticleFile says it, and representation.represented() takes it."""
         balls = styles.style(self.style).balls
         return {"material": self.style, "balls": balls} | {
             name: getattr(self, name) for name in COLORING
@@ -223,7 +225,7 @@ def mesh_scene(look: Look) -> Scene:
         given = getattr(look, key)
         if isinstance(given, np.ndarray) or given not in (None, getattr(usual, key)):
             raise SceneError(f"{key}: expected particles, of a mesh alone there are none")
-    made = nothing(look.style)._replace(label=look.label, cmap=look.cmap)
+    made = nothing(look.style, look.cmap, look.label)
     return scene_of(made, look, [], None)
 
 
@@ -232,7 +234,7 @@ def drawn(
     look: Look,
     meaning: Meaning | None = None,
     mask: Array | None = None,
-) -> Colored:
+) -> Representation:
     """Particles as spheres.
 
     meaning: of another frame.
@@ -240,10 +242,10 @@ def drawn(
     Raises:
         RequestError: as scene().
     """
-    return colored(particles, **look.coloring, label=look.label, meaning=meaning, mask=mask)
+    return represented(particles, **look.coloring, label=look.label, meaning=meaning, mask=mask)
 
 
-def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
+def scene_of(made: Representation, look: Look, parts: Iterable[Spheres], box: Cell | None) -> Scene:
     """The scene that shows particles as spheres.
 
     Args:
@@ -257,7 +259,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
     ground = color.to_linear(color.srgb("background", look.background))
     label = look.colorbar
     if label is None:
-        label = " " if made.by == "text" else ""
+        label = " " if made.source.by == "text" else ""
     film = Film(
         background=tuple(ground.tolist()),
         transparent=look.transparent,
@@ -300,7 +302,7 @@ def scene_of(made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | No
 
 
 def framed(
-    made: Colored, look: Look, parts: Iterable[Spheres], box: Cell | None, film: Film
+    made: Representation, look: Look, parts: Iterable[Spheres], box: Cell | None, film: Film
 ) -> Camera:
     """The camera that sees all that is in view, beside the colour bar or legend of a film and below
     its title.
@@ -339,7 +341,7 @@ def _corners(box: Cell | None, look: Look) -> Array:
 
 
 def seen_in(
-    made: Colored,
+    made: Representation,
     look: Look,
     parts: Iterable[Spheres],
     box: Cell | None,

@@ -18,7 +18,7 @@ from clrt.scene.scene import Scene
 from clrt.scene.spheres import Spheres
 
 if TYPE_CHECKING:
-    from clrt.figure.coloring import Colored
+    from clrt.figure.representation import Representation
 
 
 class Resolver:
@@ -69,12 +69,11 @@ def resolved(scene: Scene) -> Scene:
 
 def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
     """All its spheres and capsules, and its film with what its particles add to it."""
-    from clrt.figure.coloring import (
-        decorated,
-    )  # imported late: scenes without particles need it not
+    # Imported late: scenes without particles do not need it.
+    from clrt.figure.decoration import decorated
 
     label = scene.film.label
-    parts = [_colored(i, one, label) for i, one in enumerate(scene.particles)]
+    parts = [_represented(i, one, label) for i, one in enumerate(scene.particles)]
     own = [Spheres.of(scene.spheres)] if len(scene.spheres) else []
     capsules = [Capsules.of(scene.capsules), *(part.capsules for part in parts if part.capsules)]
     capsules = [many for many in capsules if len(many)] or capsules[:1]
@@ -86,8 +85,8 @@ def _read(scene: Scene) -> tuple[Spheres, Capsules, Film]:
     return spheres, Capsules.joined(capsules), film
 
 
-def _colored(i: int, one: ParticleFile, label: str) -> "Colored":
-    from clrt.figure.coloring import colored
+def _represented(i: int, one: ParticleFile, label: str) -> "Representation":
+    from clrt.figure.representation import represented
     from clrt.files.particles.reader import read
 
     where = f"particles[{i}]"
@@ -98,7 +97,7 @@ def _colored(i: int, one: ParticleFile, label: str) -> "Colored":
     drawn = msgspec.structs.asdict(one)
     del drawn["file"], drawn["frame"]
     try:
-        return colored(particles, **drawn, label=label)
+        return represented(particles, **drawn, label=label)
     except RequestError as error:
         raise SceneError(f"{where}.{error}, {one.file}") from None
 

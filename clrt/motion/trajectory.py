@@ -11,8 +11,10 @@ from msgspec.structs import replace
 
 from clrt.errors import ClrtError, RequestError, named
 from clrt.figure import compose, sources
-from clrt.figure.coloring import Colored, Meaning, decorated, together
 from clrt.figure.compose import Look
+from clrt.figure.decoration import decorated
+from clrt.figure.meaning import Meaning, together
+from clrt.figure.representation import Representation
 from clrt.files.particles.reader import Reader, Source
 from clrt.motion.animation import checked
 from clrt.particles.particles import Particles
@@ -62,9 +64,9 @@ class Flow:
         self._meaning = together([one.meaning for one in seen])
         # What gives the colours is in all frames what it is in the first.
         self.look = replace(
-            look, color=look.color or (None if first.by == "one" else first.title)
+            look, color=look.color or (None if first.source.by == "one" else first.source.title)
         )  # fmt: skip
-        if first.by == "column" and not isinstance(look.clim, tuple):
+        if first.source.by == "column" and not isinstance(look.clim, tuple):
             self.look = replace(self.look, clim=self._meaning.clim or (0.0, 1.0))
         if look.radius is None and self._meaning.spare is not None:
             self.look = replace(self.look, radius=self._meaning.spare)
@@ -134,12 +136,12 @@ class Flow:
             for frame in self.frames:
                 yield from self._drawn(self._particles(reader, frame), self._meaning).parts
 
-    def _looked_at(self, reader: Reader, first: Colored) -> Iterator[Colored]:
+    def _looked_at(self, reader: Reader, first: Representation) -> Iterator[Representation]:
         """The frames beside the first that say what colours mean."""
         clim, last = self.look.clim, len(self.frames) - 1
-        if first.by not in ("column", "element", "type", "text") or clim == "first":
+        if first.source.by not in ("column", "element", "type", "text") or clim == "first":
             return
-        if first.by == "column" and isinstance(clim, tuple):
+        if first.source.by == "column" and isinstance(clim, tuple):
             return
         numbers: Iterable[int] = self.frames[1:]
         if clim != "all":
@@ -165,6 +167,6 @@ class Flow:
         with self._opened() as reader:
             return self._drawn(self._particles(reader, frame), self._meaning).rows
 
-    def _drawn(self, particles: Particles, meaning: Meaning | None = None) -> Colored:
+    def _drawn(self, particles: Particles, meaning: Meaning | None = None) -> Representation:
         with named(self.path):
             return compose.drawn(particles, self.look, meaning)

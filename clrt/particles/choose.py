@@ -1,16 +1,17 @@
-"""Choose: which particles there are, where their periodic images are, and what a kind of them is
-given."""
+"""Choose: which particles there are, where their periodic images are, and which columns and kinds a
+key means."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from clrt.errors import RequestError
+from clrt.errors import ParticleWarning, RequestError
 from clrt.particles import expression
 from clrt.particles.particles import Particles
 from clrt.particles.texts import Text
-from clrt.values import Array, some
+from clrt.values import Array, did_you_mean, some
 
 
 def selected(
@@ -118,3 +119,32 @@ def matching(keys: Mapping[Any, Any], kinds: Mapping[str, Text]) -> str | None:
     known = {name: sum(str(key) in text.kinds for key in keys) for name, text in kinds.items()}
     best = max(known, key=lambda name: known[name], default=None)
     return best if best is not None and known[best] else None
+
+
+def say_absent(key: str, name: str, kinds: Mapping[str, Text]) -> None:
+    """Warns that something is given to a kind of which there is no particle."""
+    there = [kind for text in kinds.values() for kind in text.kinds]
+    hint = did_you_mean(name, there)
+    text = f"{key}: no particle is called {name!r}, there are {some(there, 12)}{hint}"
+    warnings.warn(text, ParticleWarning, stacklevel=3)
+
+
+def column(
+    key: str, given: str, columns: Mapping[str, Array | Text], beside: Sequence[str] = ()
+) -> Array | Text:
+    """The column, or the expression of columns, that a key is given.
+
+    Args:
+        beside: what else could have been given.
+
+    Raises:
+        RequestError: it is none; it names the key.
+    """
+    if given not in columns and given.replace("_", "a").isalnum():
+        known = list(dict.fromkeys([*beside, *columns]))
+        hint = did_you_mean(given, known)
+        raise RequestError(f"{key}: expected one of {some(known, 20)}, got {given!r}{hint}")
+    try:
+        return expression.evaluate(given, columns)
+    except RequestError as error:
+        raise RequestError(f"{key}: {error}") from None
