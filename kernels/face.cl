@@ -6,7 +6,10 @@
 // a common edge never both say that a ray passes on the other side, and neither an epsilon nor float64 is needed.
 //
 // With f the corners from the origin a verdict is wrong only for rays within 2 u max |f| of an edge, and a hit lies within 8 u max |f|
-// of the plane. Both are of the rounded corners, which are rounded once a vertex: a common edge stays common.
+// of the plane. Both are of the rounded corners, which are rounded once a vertex: a common edge stays common. Of a million rays of
+// each of eight families none was off by more than 1.4 and 4.6, in float32 and float64 (tests/test_face_rays.py). Roundings that are all
+// the worst, to one side: 6, as each coordinate of a sheared corner has one of f, three of the shear times f and its own; and 20, as
+// weights are off by 3 u and the sums and quotients of the distance by 8 u.
 //
 // A closed mesh is seen from its front only, so a ray that leaves it meets none of its faces by rounding. Of other
 // meshes rays start as much off a face as its hits are.

@@ -3,14 +3,13 @@
 import numpy as np
 import pyopencl as cl
 import pytest
-from conftest import kernels_of, options, renderer_for
+from conftest import renderer_for
 from msgspec.structs import replace
 
 import clrt
 from benchmarks.triangles import WAYS, ball, leaks
 from clrt import reference
 from clrt.film import metrics
-from clrt.renderer.pack.structs import PRECISIONS, Precision
 
 
 def skip_without_float64(device: cl.Device, precision: object) -> None:
@@ -35,98 +34,6 @@ def test_of_ten_million_rays_none_passes_between_faces(device: cl.Device, way) -
 def test_plain_products_let_rays_pass(device: cl.Device) -> None:
     """So the rays are hard enough."""
     assert sum(leaks(device, ball(20), 1_000_000, plain=True)[1]) > 20
-
-
-PAIRS = """
-// Ray i against triangle i, which is alone in its leaf; found: distances, infinity of a miss.
-__kernel void pairs(__global const real *rays, __global const Face *faces,
-                    __global FaceLeaf *leaves, __global real *found) {
-    int i = get_global_id(0);
-    __global FaceLeaf *leaf = leaves + i;
-    Box box = {{0, 0, 0}, {0, 0, 0}};
-    for (int j = 0; j < WIDE; j++) put_face_into(leaf, j, j ? -1 : 0, j ? 0 : faces + i, &box);
-    Single ray = {{rays[6 * i], rays[6 * i + 1], rays[6 * i + 2]},
-                  {rays[6 * i + 3], rays[6 * i + 4], rays[6 * i + 5]}, -1};
-    real distance = INFINITY;
-    INTEGER id = -1;
-    nearest_face(leaf, &ray, &distance, &id);
-    found[i] = distance;
-}
-"""
-MANY = 1 << 16
-
-
-def beside_edges(real, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rays (n, 6) that pass some roundings beside an edge, and triangles (n, 3, 3), a third of
-    them slivers."""
-    rng, i, u = np.random.default_rng(5), np.arange(MANY), np.finfo(real).eps / 2
-    origin = rng.uniform(-1, 1, (MANY, 3)).astype(real)
-    corners = rng.uniform(-1, 1, (MANY, 1, 3)) + size * rng.normal(size=(MANY, 3, 3))
-    thin = i % 3 == 0
-    a, b = corners[thin, 0], corners[thin, 1]
-    corners[thin, 2] = (
-        a + rng.random((len(a), 1)) * (b - a) + 1e-3 * size * rng.normal(size=a.shape)
-    )
-    corners = corners.astype(real)
-    w, c = rng.random((MANY, 1)), rng.integers(0, 3, MANY)
-    aim = corners[i, c].astype(np.longdouble) * (1 - w) + corners[i, (c + 1) % 3] * w
-    aim += 2 * u * rng.normal(size=aim.shape)
-    direction = aim - origin
-    direction /= np.sqrt((direction**2).sum(axis=1, keepdims=True))
-    return np.concatenate([origin, direction.astype(real)], axis=1), corners
-
-
-def to_segments(p: np.ndarray, q: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """How far the segments from p to q are from the lines from 0 along d."""
-    e = q - p
-    ee, ed, dd = (e * e).sum(1), (e * d).sum(1), (d * d).sum(1)
-    pe, pd = (p * e).sum(1), (p * d).sum(1)
-    den = ee * dd - ed * ed
-    s = np.clip(np.where(den > 0, (ed * pd - pe * dd) / np.where(den > 0, den, 1), 0), 0, 1)
-    x = p + s[:, np.newaxis] * e
-    x = x - ((x * d).sum(1) / dd)[:, np.newaxis] * d
-    return np.sqrt((x * x).sum(1))
-
-
-@pytest.mark.parametrize("precision", ["robust"])
-@pytest.mark.parametrize("size", [1e-3, 0.1, 3])
-def test_bounds(device: cl.Device, precision: Precision, size: float) -> None:
-    """A verdict is wrong only within 2 u max |f| of an edge, a hit is within 8 u max |f| of the
-    plane."""
-    skip_without_float64(device, precision)
-    real = PRECISIONS[precision]
-    wide, u = np.longdouble, np.finfo(real).eps / 2
-    if precision == "double" and np.finfo(wide).nmant == 52:
-        pytest.skip("long double is no wider than double here: nothing to check against")
-    rays, corners = beside_edges(real, size)
-    faces = np.concatenate([corners.reshape(-1, 9), np.ones((MANY, 1), real)], axis=1)
-    chosen = tuple(options(1, precision, tree=True, faces=True))
-    context, kernels = kernels_of(device, PAIRS, chosen)
-    queue, flags = cl.CommandQueue(context), cl.mem_flags
-    sent = [
-        cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(a))
-        for a in (rays, faces)
-    ]
-    leaves = cl.Buffer(context, flags.READ_WRITE, MANY * 1280)
-    found, where = np.empty(MANY, real), cl.Buffer(context, flags.WRITE_ONLY, MANY * rays.itemsize)
-    kernels["pairs"](queue, (MANY,), None, *sent, leaves, where)
-    cl.enqueue_copy(queue, found, where)
-    d, f = rays[:, 3:].astype(wide), corners.astype(wide) - rays[:, np.newaxis, :3].astype(wide)
-    a, b, c = f[:, 0], f[:, 1], f[:, 2]
-    signs = [(d * np.cross(p, q)).sum(1) for p, q in ((c, b), (a, c), (b, a))]
-    normal = np.cross(b - a, c - a)
-    distance = (a * normal).sum(1) / (d * normal).sum(1)
-    inside = np.all([s >= 0 for s in signs], 0) | np.all([s <= 0 for s in signs], 0)
-    most = np.sqrt((f**2).sum(2)).max(1)
-    ahead = abs(distance) > 64 * u * most  # else it starts in the plane
-    wrong = (np.isfinite(found) != (inside & (distance > 0))) & ahead
-    beside = np.min([to_segments(p, q, d) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    assert np.isfinite(found).mean() > 0.2
-    assert (beside[wrong] / (u * most[wrong])).max(initial=0) <= 2
-    hit = np.isfinite(found) & inside & (distance > 0)
-    unit = normal / np.sqrt((normal**2).sum(1, keepdims=True))
-    off = abs(((found[hit, np.newaxis] * d[hit] - a[hit]) * unit[hit]).sum(1))
-    assert (off / (u * most[hit])).max() <= 8
 
 
 MATERIALS = {
