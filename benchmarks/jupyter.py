@@ -52,7 +52,8 @@ def served(folder: Path, app: App, port: int = 0) -> Iterator[str]:
         host = said.partition("http://127.0.0.1:")[2].split("/")[0]
         yield f"http://127.0.0.1:{host}/{WHERE[app]}/book.ipynb"
     finally:
-        process.terminate()
+        # Asked to end while its kernel restarts it would never do so. Without it the kernel ends.
+        process.kill()
         process.wait()
 
 
