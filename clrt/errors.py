@@ -1,8 +1,14 @@
 """Errors and warnings, and the exit status that each error gives the command."""
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
+from types import MappingProxyType
+
+_CALLED = ContextVar[Mapping[str, str]]("_CALLED", default=MappingProxyType({}))
+"""What keys are called by who gave them: see called()."""
 
 
 class ClrtError(Exception):
@@ -55,7 +61,8 @@ def named(source: object, kind: type[ClrtError] = RequestError) -> Iterator[None
 @contextmanager
 def called(names: Mapping[str, str]) -> Iterator[None]:
     """Calls a key that an error begins with, after a file's name or not, as those call it who gave
-    it: {"radius": "--radius"}."""
+    it: {"radius": "--radius"}. Warnings of warn() as well."""
+    before = _CALLED.set({**_CALLED.get(), **names})
     try:
         yield
     except RequestError as error:
@@ -66,6 +73,8 @@ def called(names: Mapping[str, str]) -> Iterator[None]:
             str(error),
         )
         raise type(error)(text) from None
+    finally:
+        _CALLED.reset(before)
 
 
 class ClrtWarning(UserWarning):
@@ -82,3 +91,8 @@ class SceneWarning(ClrtWarning):
 
 class ParticleWarning(ClrtWarning):
     """A file has something that is not used."""
+
+
+def warn(key: str, text: str) -> None:
+    """Warns of particles that have not all that a key needs."""
+    warnings.warn(f"{_CALLED.get().get(key, key)}: {text}", ParticleWarning, stacklevel=3)

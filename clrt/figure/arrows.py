@@ -1,10 +1,8 @@
 """Arrows: vectors of particles as capsules: a shaft, and a head of balls that get smaller."""
 
-import warnings
-
 import numpy as np
 
-from clrt.errors import ParticleWarning, RequestError
+from clrt.errors import RequestError, warn
 from clrt.film.color import srgb, to_linear
 from clrt.particles import derived
 from clrt.particles.particlefile import ATOMS
@@ -40,7 +38,7 @@ def vectors(particles: Particles, name: str) -> Array:
     found = np.stack([particles.values[one].astype(np.float64) for one in known[name]], axis=1)
     if missing := np.count_nonzero(~np.isfinite(found).all(axis=1)):
         said = f"{missing:,} of {len(found):,} are no finite numbers and have no arrow"
-        warnings.warn(f"vectors: {said}", ParticleWarning, stacklevel=2)
+        warn("vectors", said)
     return found
 
 

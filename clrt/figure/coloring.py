@@ -1,12 +1,11 @@
 """Coloring: what gives particles their colours, what these mean, and how much they let through."""
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from clrt.errors import ParticleWarning, RequestError
+from clrt.errors import RequestError, warn
 from clrt.figure.meaning import Meaning, extended, joint
 from clrt.film import color as colors_of
 from clrt.film.decor import legend as legends
@@ -71,8 +70,7 @@ def coloring(
     found = _shaded(particles, rows, source, cmap, clim, meaning)
     if source.by == "column" and found.meaning.reach is None and meaning is None:
         gray = "what has none is gray, without a colour bar"
-        text = f"color: no value of {source.title} is finite: {gray}"
-        warnings.warn(text, ParticleWarning, stacklevel=3)
+        warn("color", f"no value of {source.title} is finite: {gray}")
     if isinstance(colors, Mapping):
         return _overridden(particles, rows, found, colors, says=meaning is None)
     if colors is not None:

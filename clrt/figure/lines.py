@@ -1,12 +1,11 @@
 """Lines: what is drawn of particles beside their spheres, as capsules: bonds, arrows, and the edges
 of their box."""
 
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from clrt.errors import ParticleWarning
+from clrt.errors import warn
 from clrt.figure import arrows, bonding
 from clrt.film.decor.cell import EDGES, corners_of
 from clrt.particles.particlefile import ATOMS
@@ -77,7 +76,7 @@ def lines(
     found = bonding.found(particles, asked.bonds, says=known is None)
     said = asked.bonds not in (True, bonding.LISTED)
     if found is not None and not len(found.pairs) and known is None and said:
-        warnings.warn("bonds: none are found", ParticleWarning, stacklevel=2)
+        warn("bonds", "none are found")
     if found is not None and len(found.pairs):
         thick = asked.bond_radius or sizes.bond or bonding.radius_of(particles, float(radii.min()))
         made, ends = bonding.capsules(

@@ -1,13 +1,12 @@
 """Choose: which particles there are, where their periodic images are, and which columns and kinds a
 key means."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from clrt.errors import ParticleWarning, RequestError
+from clrt.errors import RequestError, warn
 from clrt.particles import expression
 from clrt.particles.particles import Particles
 from clrt.particles.texts import Text
@@ -125,8 +124,7 @@ def say_absent(key: str, name: str, kinds: Mapping[str, Text]) -> None:
     """Warns that something is given to a kind of which there is no particle."""
     there = [kind for text in kinds.values() for kind in text.kinds]
     hint = did_you_mean(name, there)
-    text = f"{key}: no particle is called {name!r}, there are {some(there, 12)}{hint}"
-    warnings.warn(text, ParticleWarning, stacklevel=3)
+    warn(key, f"no particle is called {name!r}, there are {some(there, 12)}{hint}")
 
 
 def column(
