@@ -13,8 +13,8 @@ def test_a_key_is_called_as_who_gave_it_calls_it() -> None:
             warn("radius", "nothing")
         with pytest.warns(ParticleWarning, match="^--scale: nothing$"):
             warn("scale", "nothing")
-    with pytest.raises(RequestError, match=r"^a\.xyz: --radius: expected"):
-        with called({"radius": "--radius"}):
-            raise RequestError("a.xyz: radius: expected one")
+    expected = pytest.raises(RequestError, match=r"^a\.xyz: --radius: expected")
+    with expected, called({"radius": "--radius"}):
+        raise RequestError("a.xyz: radius: expected one")
     with pytest.warns(ParticleWarning, match="^radius: nothing$"):
         warn("radius", "nothing")
