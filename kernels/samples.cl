@@ -1,7 +1,7 @@
 // Samples: several points of a pixel, and when they are enough.
 //
 // With HASHED a pixel's path is wanted beside its colour. Pixels whose paths are unlike a neighbour's
-// are at an edge; edges() lists them, and a program with REFINE traces these again, its lanes as points
+// are at an edge, and so may be those that have no neighbour on some side; edges() lists them, and a program with REFINE traces these again, its lanes as points
 // of one pixel. With GATHER every pixel gets several samples: the lanes are then pixels, and all have
 // their points at the same places.
 //
@@ -11,13 +11,13 @@
 
 #if REFINE
 
-// REFINE: 16 pixels of one row that each have a neighbour of another path, as bits. From `middle`, pointing at
-// the first, the rows above and below are `above` and `below` numbers away: 0 where there are none.
-static uint edges_of(__global const uint *middle, int above, int below) {
+// REFINE: 16 pixels of one row that each have a neighbour of another path, as bits: from `middle` on, in
+// rows of `width`.
+static uint edges_of(__global const uint *middle, int width) {
     uint16 own = vload16(0, middle);
     int16 unlike = 0;
-    for (int row = 0; row < 3; row++) {
-        __global const uint *at = middle + (row == 0 ? above : row == 1 ? 0 : below);
+    for (int row = -1; row < 2; row++) {
+        __global const uint *at = middle + row * width;
         unlike |=
             (vload16(0, at - 1) != own) | (vload16(0, at) != own) | (vload16(0, at + 1) != own);
     }
@@ -28,25 +28,25 @@ static uint edges_of(__global const uint *middle, int above, int below) {
     return c.x | c.y;
 }
 
-// REFINE: lists the pixels of a film that are at an edge, in any order.
+// REFINE: lists the pixels of a film that are at an edge, in any order. So are those at the picture's
+// border: what lies beyond it may begin in them.
 // paths: height x width. Those are listed that lie before column `right`, from column `left` and row
-// `first_row` on, by their place in a film that begins with that row. Global size: (columns / 16,
-// rounded up; rows).
+// `first_row` on, by their place in a film that begins with that row. A listed pixel has neighbours
+// in `paths` but where the picture ends. Global size: (columns / 16, rounded up; rows).
 __kernel void edges(__global const uint *paths, int width, int height, int left, int first_row,
                     int right, __global int *list, __global int *count) {
     int column = left + 16 * get_global_id(0), row = first_row + get_global_id(1);
-    int above = row > 0 ? -width : 0, below = row < height - 1 ? width : 0;
+    bool last = row == 0 || row == height - 1;
     __global const uint *at = paths + (size_t)row * width + column;
     uint bits = 0;
-    if (column > 0 && column + 17 <= width && column + 16 <= right) {
-        bits = edges_of(at, above, below);
+    if (!last && column > 0 && column + 17 <= width && column + 16 <= right) {
+        bits = edges_of(at, width);
     } else {
         for (int i = 0; i < 16 && column + i < right; i++) {
-            uint unlike = 0;
-            for (int dx = column + i > 0 ? -1 : 0; dx < 2 && column + i + dx < width; dx++)
-                unlike |= (at[i] ^ at[i + dx]) | (at[i] ^ at[i + dx + above]) |
-                          (at[i] ^ at[i + dx + below]);
-            bits |= (uint)(unlike != 0) << i;
+            bool unlike = last || column + i == 0 || column + i == width - 1;
+            for (int place = 0; place < 9 && !unlike; place++)
+                unlike = at[i] != at[i + (place / 3 - 1) * width + place % 3 - 1];
+            bits |= (uint)unlike << i;
         }
     }
     if (!bits) return;
