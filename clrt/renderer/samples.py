@@ -48,10 +48,11 @@ by 0.04 pixels (rms over scramblings); balls of five pixels look worse by these 
 
 
 PIXEL = 33545
-"""The number of the pixel's sequence: of 40,000 one whose first 16 points leave little room. A straight
-edge with all of them on one side parts 0.052 of the pixel from them at most, a disc as wide as the pixel
-covers 0.074 and a band between two points 0.24. Of most sequences these are 0.085, 0.1 and 0.25.
-So an edge that the first 16 samples do not see is less than a sixteenth of its contrast off."""
+"""The number of the pixel's sequence: of 40,000 one whose first 16 points leave little room. A
+straight edge with all of them on one side parts 0.052 of the pixel from them at most, a disc as
+wide as the pixel covers 0.074 and a band between two points 0.24. Of most sequences these are
+0.085, 0.1 and 0.25. So an edge that the first 16 samples do not see is less than a sixteenth of its
+contrast off."""
 
 
 def offsets(count: int) -> NDArray[np.float64]:
