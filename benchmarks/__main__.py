@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import click
 
@@ -59,12 +60,15 @@ PARTS = [name for name in main.commands if name != "readme"]
 
 
 @main.command("all")
+@click.option("--embree", type=click.Path(exists=True, path_type=Path), metavar="PROGRAM",
+              help="As of `many`.")  # fmt: skip
 @click.pass_obj
-def every(quick: bool) -> None:
+def every(quick: bool, embree: Path | None) -> None:
     """All parts, one after the other, and then the tables of README.md and docs/.
 
-    It goes on where it was stopped: a part whose figures are of this version and this CPU stays. It
-    says how long the parts took when they were last measured.
+    It goes on where it was stopped: a part whose figures are of this version and this CPU stays,
+    one that was interrupted is measured from its start. It says how long the parts took when they
+    were last measured. A part that fails, as `view` without Chromium, is named at the end.
     """
     times = harness.RESULTS / "seconds.json"
     seconds: dict[str, float] = json.loads(times.read_text()) if times.exists() else {}
@@ -73,16 +77,24 @@ def every(quick: bool) -> None:
     unknown = [part for part in parts if part not in seconds]
     click.echo(f"{len(parts)} of {len(PARTS)} parts, about {minutes} minutes", nl=False)
     click.echo(f", and nobody knows of {', '.join(unknown)}" if unknown else "")
+    words = [sys.executable, "-m", "benchmarks", *(["--quick"] if quick else [])]
+    failed = []
     for part in parts:
-        started = time.monotonic()
-        subprocess.run(
-            [sys.executable, "-m", "benchmarks", *(["--quick"] if quick else []), part], check=True
+        more = ["--embree", str(embree)] if embree and part == "many" else []
+        click.echo(
+            f"\n{part}: some {seconds.get(part, '?')} s, from {time.strftime('%H:%M:%S')} on"
         )
+        started = time.monotonic()
+        if subprocess.run([*words, part, *more]).returncode:
+            failed.append(part)
+            continue
         seconds[part] = round(time.monotonic() - started)
         if not quick:
             times.write_text(json.dumps(seconds, indent=1, sort_keys=True) + "\n")
     if not quick:
-        subprocess.run([sys.executable, "-m", "benchmarks", "readme"], check=True)
+        subprocess.run([*words, "readme"], check=True)
+    if failed:
+        sys.exit(f"not measured: {', '.join(failed)}")
 
 
 def is_of_today(part: str) -> bool:

@@ -49,7 +49,7 @@ def with_plane(scene: Scene, radius: float) -> Scene:
 @click.pass_obj
 def command(quick: bool) -> None:
     """Times each precision and compares its picture with both truths, pixel by pixel."""
-    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 5)
+    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 3)
     base = clrt.load_scene("four-spheres")
     scenes = {
         "four-spheres": base,
@@ -72,7 +72,7 @@ def command(quick: bool) -> None:
         seconds = harness.in_turn(
             {
                 f"{precision} {lanes}": harness.kernel_time(
-                    renderer, scene, width, height, np.float32, 1 if lanes == 1 else 5
+                    renderer, scene, width, height, np.float32, 1 if lanes == 1 else 3
                 )
                 for (precision, lanes), renderer in renderers.items()
             },

@@ -1,6 +1,5 @@
 """Many spheres: what a tree costs and what it saves, from ten spheres to ten millions."""
 
-import importlib.util
 import re
 import shutil
 import statistics
@@ -39,6 +38,7 @@ HEAD = (
     "POV-Ray",
 )
 LINEAR_TO = 1000  # spheres that are also timed without a tree
+POVRAY = (10**3, 10**5)  # spheres that POV-Ray is timed with
 
 SCRIPT = """
 import sys
@@ -184,8 +184,6 @@ def measure(
                 contenders["list"]()
         finally:
             needs.TREE_FROM = saved
-        if shutil.which("povray") and len(spheres) in (10**3, 10**4, 10**5):
-            contenders["povray"] = lambda: povray_peer.render(scene, *size)[1]
         builds: list[float] = []
         if embree is not None:
             path = Path(folder) / "spheres.f32"
@@ -211,6 +209,8 @@ def measure(
         renderer._dispatcher.arguments(scene, *size, used, np.inf)
         renderer._queue.finish()
 
+    if shutil.which("povray") and len(spheres) in POVRAY:
+        seconds["povray"] = [povray_peer.render(scene, *size)[1]]  # once: it takes seconds
     found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}
     for what, run in (("build", build), ("picture", fit)):
         found[what] = harness.summary([harness.wall(run)() for _ in range(turns + 1)][1:])
@@ -269,7 +269,7 @@ def crossing(figures: list[dict[str, Any]], kind: str, depth: int) -> float:
 def whole_script(turns: int) -> list[dict[str, Any]]:
     """From a file of atoms to a PNG, 1920x1080, as a script that is run again, one after the other
     with OVITO's if it is installed."""
-    others = list(ovito_peer.ONE_SAMPLE) if importlib.util.find_spec("ovito") else []
+    others = ovito_peer.renderers()
     found = []
     for n in (10**5, 10**6, 10**7):
         with tempfile.TemporaryDirectory() as folder:
@@ -284,13 +284,6 @@ def whole_script(turns: int) -> list[dict[str, Any]]:
             }
             if n <= 10**6:
                 scripts |= {f"OVITO, {other}": words for other, words in theirs.items()}
-            for other in list(others) if n == 10**5 else ():
-                try:
-                    run_script(theirs[other], [])
-                except subprocess.CalledProcessError as error:  # it wants Vulkan, for one
-                    print(f"OVITO does not work: {error.stderr.strip()[:300]}", file=sys.stderr)
-                    others.remove(other)
-                    del scripts[f"OVITO, {other}"]
             peaks: dict[str, list[float]] = {name: [] for name in scripts}
             contenders: dict[str, Callable[[], float]] = {
                 name: partial(run_script, words, peaks[name]) for name, words in scripts.items()
@@ -301,14 +294,15 @@ def whole_script(turns: int) -> list[dict[str, Any]]:
     return found
 
 
-def run_script(
-    words: Sequence[str], peaks: list[float], python: str | Path = sys.executable
-) -> float:
+def run_script(words: Sequence[str], peaks: list[float]) -> float:
     """The seconds that a script takes, with its arguments. peaks gets its peak of memory, MB."""
     script, *arguments = words
     started = time.perf_counter()
     done = subprocess.run(
-        [python, "-c", script + PEAK, *arguments], capture_output=True, text=True, check=True
+        [sys.executable, "-c", script + PEAK, *arguments],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     taken = time.perf_counter() - started
     peaks.append(float(done.stdout.split()[-1]) / 1e3)

@@ -1,8 +1,15 @@
 """OVITO's renderers, where it is installed: the atoms of a file, as many.molecule() has them."""
 
+import functools
+import importlib.util
 import json
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 # Its arguments: words().
 SCRIPT = """
@@ -59,3 +66,23 @@ def words(
     """
     numbers = (albedo, *size, whole)
     return SCRIPT, str(atoms), str(picture), renderer, json.dumps(options), *map(str, numbers)
+
+
+@functools.cache
+def renderers() -> tuple[str, ...]:
+    """Those of ONE_SAMPLE that draw one atom here. OSPRay wants Vulkan, for one."""
+    if importlib.util.find_spec("ovito") is None:
+        print("OVITO is not installed: pip install 'clrt[peers]'", file=sys.stderr)
+        return ()
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        atoms, picture = Path(folder) / "one.npz", Path(folder) / "one.png"
+        np.savez(atoms, center=[(0.0, 0.0, -1.0)], radius=[0.1])
+        for name, options in ONE_SAMPLE.items():
+            script = words(atoms, picture, name, options, (64, 36), 36)
+            done = subprocess.run([sys.executable, "-c", *script], capture_output=True, text=True)
+            if done.returncode == 0:
+                found.append(name)
+            else:
+                print(f"OVITO's {name} does not work: {done.stderr[-300:]}", file=sys.stderr)
+    return tuple(found)

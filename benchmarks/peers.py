@@ -16,14 +16,16 @@ from clrt.figure.rendering import Renderer
 from clrt.film import metrics
 
 PAPER_SECONDS = 21 * 60 + 21  # section 11.11, on a machine that the paper does not name
+OWN_SHADING = ("Mitsuba", "POV-Ray")
 LOOP_SHRINK = 24  # the paper's loop renders 160x90 and is scaled: its time grows with the pixels
 
 
 @click.command("peers")
 @click.pass_obj
 def command(quick: bool) -> None:
-    """Compares clrt with the paper's loop, NumPy, Numba and, if it is installed, POV-Ray."""
-    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 5)
+    """Compares clrt with the paper's loop and NumPy, and with those of Numba, Mitsuba and POV-Ray
+    that are installed."""
+    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 3)
     scene = clrt.load_scene("four-spheres")
     truth = reference.trace(scene, width, height, "seed")
     pictures: dict[str, NDArray[Any]] = {}
@@ -60,6 +62,13 @@ def command(quick: bool) -> None:
     else:
         note = f"float32, prange, chunks of {numba_peer.CHUNK} rows"
         add("Numba", lambda: numba_peer.render(scene, width, height), frames=5, note=note)
+    try:
+        from benchmarks import mitsuba_peer
+    except ImportError:
+        print("Mitsuba is not installed: pip install 'clrt[peers]'")
+    else:
+        note = f"{mitsuba_peer.VARIANT}, one path a pixel; its own shading"
+        add("Mitsuba", mitsuba_peer.contender(scene, width, height), note=note)
     if shutil.which("povray"):
 
         def povray() -> float:
@@ -93,7 +102,7 @@ def command(quick: bool) -> None:
             "note": notes[name],
         }
         error = ""
-        if pictures[name].shape == truth.image.shape:
+        if pictures[name].shape == truth.image.shape and name not in OWN_SHADING:
             picture = pictures[name]
             scale = 255 if picture.dtype == np.uint8 else 1
             found = metrics.difference(picture / np.float32(scale), truth.image)

@@ -38,6 +38,7 @@ ADAPTIVE = (1, 4, 8, 16, 32, 64, 128, 192, 256)
 UNIFORM = (16, 64, 256)
 EFFECTS = (1, 4, 16, 64, 256)
 ATOMS = (4, 8, 10, 16, 64)
+ATOMS_SIZE = 960, 540  # OVITO takes a minute at 1920x1080
 PLOT = Path(__file__).parents[1] / "docs" / "samples.webp"
 
 SUN = features.SUN
@@ -70,7 +71,7 @@ import sys
 import numpy as np, clrt
 from benchmarks.samples import atoms
 scene = atoms(np.load(sys.argv[1]), int(sys.argv[3]))
-clrt.save(sys.argv[2], clrt.render(scene, 1920, 1080, dtype="uint8"))
+clrt.save(sys.argv[2], clrt.render(scene, *map(int, sys.argv[4:]), dtype="uint8"))
 """
 OVITO: dict[str, Figures] = {
     "Tachyon": {"antialiasing_samples": 12, "ambient_occlusion_samples": 12},
@@ -83,10 +84,8 @@ CONVERGED: dict[str, Figures] = {
 
 
 @click.command("samples")
-@click.option("--ovito", type=click.Path(exists=True, path_type=Path), metavar="PYTHON",
-              help="A Python that has ovito, which then renders the atoms as well.")  # fmt: skip
 @click.pass_obj
-def command(quick: bool, ovito: Path | None) -> None:
+def command(quick: bool) -> None:
     """Times samples from 1 to 256, and says how far each picture is from the converged one."""
     size = (240, 135) if quick else (1920, 1080)
     with Renderer() as renderer:
@@ -95,7 +94,7 @@ def command(quick: bool, ovito: Path | None) -> None:
             "antialiasing": antialiasing(renderer, size, quick),
             "effects": effects(renderer, size, quick),
             "closed_form": closed_form(renderer, size, quick),
-            "atoms": atoms_beside(ovito, quick),
+            "atoms": atoms_beside(quick),
         }
     for of_what in TABLES.values():
         print(f"\n{of_what(found)}")
@@ -180,7 +179,7 @@ def timed(renderer: Renderer, scene: Scene, size: Size, kernel: list[float]) -> 
 def antialiasing(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     """Of four-spheres, by edges only and in all pixels."""
     turns, count, adaptive, everywhere = (
-        (1, 64, ADAPTIVE[:2], UNIFORM[:1]) if quick else (11, TRUTH, ADAPTIVE, UNIFORM)
+        (1, 64, ADAPTIVE[:2], UNIFORM[:1]) if quick else (5, TRUTH, ADAPTIVE, UNIFORM)
     )
     truth = converged(renderer, BASE, size, count, (0, 0, *size))
     kernels: dict[int, list[float]] = {n: [] for n in adaptive}
@@ -216,7 +215,7 @@ def ratio(mine: Sequence[float], its: Sequence[float]) -> float:
 
 def effects(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     """Of four-spheres with each of SCENES: times of the picture, errors of a part of it."""
-    turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (3, TRUTH, EFFECTS)
+    turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (2, TRUTH, EFFECTS)
     names = ("hard shadow", SAMPLED) if quick else tuple(SCENES)
     scenes = {(name, n): replace(SCENES[name], samples=n) for name in names for n in counts}
     kernels: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
@@ -244,7 +243,7 @@ def closed_form(renderer: Renderer, size: Size, quick: bool) -> Figures:
     middle of the pixels, so that nothing but the shadow differs."""
     kernels: dict[str, list[float]] = {"hard shadow": [], SOFT: []}
     contenders = {n: timed(renderer, SCENES[n], size, kernel) for n, kernel in kernels.items()}
-    wall = harness.in_turn(contenders, 1 if quick else 11)
+    wall = harness.in_turn(contenders, 1 if quick else 5)
     count = 64 if quick else TRUTH // 4
     with mock.patch.object(samples, "offsets", lambda count: np.zeros((count, 2))):
         truth = converged(renderer, SCENES[SAMPLED], size, count, (0, 0, *size))
@@ -276,10 +275,11 @@ def atoms(data: Any, count: int, albedo: float = ALBEDO) -> Scene:
     )
 
 
-def atoms_beside(ovito: Path | None, quick: bool) -> list[Figures]:
-    """The whole command, from a file of atoms to a PNG of 1920x1080. Errors are of its middle, of
+def atoms_beside(quick: bool) -> list[Figures]:
+    """The whole command, from a file of atoms to a PNG of ATOMS_SIZE. Errors are of its middle, of
     the mean of red, green and blue, as parts of the converged picture's mean."""
     number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, ATOMS, 2, TRUTH)
+    size, peers = ATOMS_SIZE, ovito_peer.renderers()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "atoms.npz"
         spheres = many.molecule(number).astype(np.float32)
@@ -288,29 +288,29 @@ def atoms_beside(ovito: Path | None, quick: bool) -> list[Figures]:
         pictures = {n: Path(folder) / f"{n}.png" for n in map(str, (*counts, *OVITO))}
         contenders: dict[str, Callable[[], float]] = {}
         for n in counts:
-            script = SCRIPT, str(path), str(pictures[str(n)]), str(n)
+            script = SCRIPT, str(path), str(pictures[str(n)]), str(n), *map(str, size)
             contenders[str(n)] = partial(many.run_script, script, [])
-        for name in OVITO if ovito else ():
-            words = ovito_peer.words(path, pictures[name], name, OVITO[name])
-            contenders[name] = partial(many.run_script, words, [], str(ovito))
+        for name in peers:
+            words = ovito_peer.words(path, pictures[name], name, OVITO[name], size, size[1])
+            contenders[name] = partial(many.run_script, words, [])
         seconds = harness.in_turn(contenders, turns)
         found = []
         with Renderer() as renderer:
-            region = middle((1920, 1080))
-            truth = converged(renderer, atoms(data, count), (1920, 1080), count, region)
+            region = middle(size)
+            truth = converged(renderer, atoms(data, count), size, count, region)
             for n in counts:
                 scene, kernel = atoms(data, n), list[float]()
-                harness.in_turn({"": timed(renderer, scene, (1920, 1080), kernel)}, turns)
+                harness.in_turn({"": timed(renderer, scene, size, kernel)}, turns)
                 found.append({
                     "name": "clrt", "samples": n, "kernel": harness.summary(kernel[1:]),
                     "wall": harness.summary(seconds[str(n)]),
                     **relative(pictures[str(n)], grey(truth), region),
                 })  # fmt: skip
-        for name in OVITO if ovito else ():
+        for name in peers:
             best = Path(folder) / "converged.png"
-            size = region[2] - region[0], region[3] - region[1]
-            words = ovito_peer.words(path, best, name, CONVERGED[name], size)
-            many.run_script(words, [], str(ovito))
+            part = region[2] - region[0], region[3] - region[1]
+            words = ovito_peer.words(path, best, name, CONVERGED[name], part, size[1])
+            many.run_script(words, [])
             found.append({
                 "name": name, "options": OVITO[name], "converged": CONVERGED[name],
                 "wall": harness.summary(seconds[name]),
@@ -376,8 +376,8 @@ def atoms_table(figures: Figures) -> str:
         rows.append((label, f"{wall['median']:.2f}", f"{wall['min']:.2f}-{wall['max']:.2f}",
                      kernel, f"{100 * f['of_mean']:.1f} %",
                      f"{100 * f['of_deviation']:.0f} %"))  # fmt: skip
-    head = ("atoms to .png, 1920x1080", "command, s", "spread", "kernel, s", "rmse / mean",
-            "rmse / deviation")  # fmt: skip
+    what = f"atoms to .png, {ATOMS_SIZE[0]}x{ATOMS_SIZE[1]}"
+    head = (what, "command, s", "spread", "kernel, s", "rmse / mean", "rmse / deviation")
     peers = [beside(found, f) for f in found if f["name"] != "clrt"]
     return "\n\n".join([harness.table(head, rows), *peers])
 

@@ -33,9 +33,8 @@ def scenes(n: int) -> dict[str, Scene]:
 
 
 @click.command("translucent")
-@click.option("--ovito", metavar="PYTHON", help="An interpreter that has OVITO, to time as well.")
 @click.pass_obj
-def command(quick: bool, ovito: str | None) -> None:
+def command(quick: bool) -> None:
     """Times atoms that are seen through beside opaque ones, one sample a pixel."""
     n, size, turns = (1000, (480, 270), 1) if quick else (10**5, (1920, 1080), 3)
     renderer = Renderer()
@@ -55,12 +54,13 @@ def command(quick: bool, ovito: str | None) -> None:
         half: Any = scenes(n)["half"].spheres
         atoms, picture = Path(folder) / "atoms.npz", Path(folder) / "a.png"
         np.savez(atoms, center=half.center, radius=half.radius, opacity=half.opacity)
-        for other, options in ovito_peer.ONE_SAMPLE.items() if ovito else ():
+        for other in ovito_peer.renderers():
+            options = ovito_peer.ONE_SAMPLE[other]
             words = ovito_peer.words(atoms, picture, other, options, size, size[1])
 
             def theirs(words: tuple[str, ...] = words) -> float:
                 done = subprocess.run(
-                    [ovito or sys.executable, "-c", *words],
+                    [sys.executable, "-c", *words],
                     capture_output=True,
                     text=True,
                     check=True,

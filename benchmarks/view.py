@@ -3,6 +3,7 @@
 Times are those of the page: from the pointer's event to the frame after the picture was drawn.
 """
 
+import importlib.util
 import json
 import multiprocessing
 import signal
@@ -245,12 +246,14 @@ def measure_notebook(browser: Chromium, folder: Path, seconds: float) -> dict[st
 @click.command("view")
 @click.pass_obj
 def command(quick: bool) -> None:
-    """Times how soon pictures follow the pointer; needs Chromium (Debian's)."""
-    found = {}
+    """Times how soon pictures follow the pointer; needs Chromium (Debian's), and takes JupyterLab
+    if it is there."""
+    found, beside = {}, {}
     with tempfile.TemporaryDirectory() as profile, Chromium(Path(profile), SIZE) as browser:
         for name in SCENES:
             found[name] = measure(browser, name, 1.0 if quick else 8.0)
-        beside = measure_notebook(browser, Path(profile), 1.0 if quick else 6.0)
+        if importlib.util.find_spec("jupyterlab"):
+            beside = measure_notebook(browser, Path(profile), 1.0 if quick else 6.0)
     print(table(found), fluent(beside), sep="\n\n")
     record = {"canvas": SIZE, "scenes": found, "beside": beside}
     harness.record(harness.results_folder(quick), "view", record)
