@@ -29,11 +29,10 @@
 FOR_WIDTHS(OF_REALS, float)
 FOR_WIDTHS(OF_REALS, double)
 
-#define OF_INTS(T)          \
-    T FUNCTION min(T, T);   \
-    T FUNCTION max(T, T);   \
-    T FUNCTION popcount(T); \
-    T FUNCTION clz(T);
+#define OF_INTS(T)        \
+    T FUNCTION min(T, T); \
+    T FUNCTION max(T, T); \
+    T FUNCTION popcount(T);
 FOR_WIDTHS(OF_INTS, int)
 FOR_WIDTHS(OF_INTS, uint)
 FOR_WIDTHS(OF_INTS, long)

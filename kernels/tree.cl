@@ -177,10 +177,11 @@ static uint lane_bits(ints mask) {
 }
 #endif
 
-#if __has_builtin(__builtin_ctz)
+#if __has_builtin(__builtin_ctz) && !defined(__SPIR__)
 #define LOWEST_BIT(bits) __builtin_ctz(bits)
 #else
-#define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
+// Oclgrind, which runs SPIR, has no such instruction, but OpenCL's functions.
+#define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits) - 1)))
 #endif
 
 // TREE: sphere `id` of the scene's list where it is met nearer than what was hit before. Of equal

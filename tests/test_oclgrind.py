@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,7 +20,7 @@ TRIED = (1, 4, 16)  # lanes, the slowest first
 OUT_OF_BOUNDS = """
 import small_pictures
 from clrt.opencl import program
-source = program.kernel_source().replace("* width + column);", "* width + column + 1);")
+source = program.kernel_source().replace("->width + column;", "->width + column + 1;")
 assert source != program.kernel_source()
 program.kernel_source = lambda: source
 small_pictures.WIDTH, small_pictures.CASES, small_pictures.REGION = 16, [], None
@@ -28,9 +28,10 @@ small_pictures.main([4])
 """
 
 
-def findings(*words: str) -> list[str]:
-    """What Oclgrind finds while a Python program runs, a paragraph each."""
-    command = ["oclgrind", "--data-races", "--uninitialized", "--max-errors", "1000000"]
+def findings(*words: str, watched: Sequence[str] = ("--uninitialized",)) -> list[str]:
+    """What Oclgrind finds while a Python program runs, a paragraph each. watched: for what, besides
+    memory that is not its own and races."""
+    command = ["oclgrind", "--data-races", *watched, "--max-errors", "1000000"]
     # Optimised, what returns a struct leaves an LLVM function behind that Oclgrind 21.10 lacks.
     environment = {**os.environ, "PYOPENCL_BUILD_OPTIONS": "-cl-opt-disable"}
     done = subprocess.run(
@@ -58,6 +59,10 @@ def test_small_pictures(found_with, lanes: int) -> None:
         false = re.compile(r"Uninitialized value written .* of film\.cl:", re.DOTALL)
         found = [text for text in found if not false.match(text)]
     assert not found
+
+
+def test_faces() -> None:
+    assert not findings("-c", "import small_pictures; small_pictures.faces()", watched=())
 
 
 def test_what_is_wrong_is_found() -> None:
