@@ -194,6 +194,13 @@ def test_verbose_says_where_and_how_long(run) -> None:
     assert "kernel alone" in run("render", "-v", *SMALL).stderr
 
 
+def test_the_peak_memory_is_the_commands_own(tmp_path: Path) -> None:
+    held = np.ones(2**29, np.uint8)  # as a test before may have had
+    done = clrt_process("render", "-v", *SMALL, cwd=tmp_path)
+    assert len(held) == 2**29
+    assert int(re.search(r"peak memory (\d+) MB", done.stderr)[1]) < 400
+
+
 @pytest.mark.slow
 def test_a_large_picture_takes_three_bytes_a_pixel(tmp_path: Path) -> None:
     """Those of the film: none of floats, and few of the PNG."""

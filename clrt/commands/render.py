@@ -242,7 +242,15 @@ def render(
     else:
         save(output, image, **how)
     if verbose:
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
-        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {peak} MB")
+        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {_peak_memory()} MB")
     if not rendering.quiet:
         say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
+
+
+def _peak_memory() -> int:
+    """The most memory that this process has had, MB."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # getrusage() counts what the process had that started this one.
+        return int(status.read_text().split("VmHWM:")[1].split()[0]) // 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
