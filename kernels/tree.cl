@@ -177,10 +177,10 @@ static uint lane_bits(ints mask) {
 }
 #endif
 
-#if __has_builtin(__builtin_ctz) && !defined(__SPIR__)
+#if __has_builtin(__builtin_ctz) && !defined(PYOPENCL_USING_OCLGRIND)
 #define LOWEST_BIT(bits) __builtin_ctz(bits)
 #else
-// Oclgrind, which runs SPIR, has no such instruction, but OpenCL's functions.
+// Oclgrind has no such instruction, but OpenCL's functions.
 #define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits) - 1)))
 #endif
 
