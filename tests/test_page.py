@@ -442,9 +442,32 @@ def test_pick_marks(show: Callable[..., Page], gas: Path) -> None:
     page.value("new Promise(done => setTimeout(done, 500))")
     for _ in "12":
         page.drag((column, row), (column, row))
-    page.wait("window.seen.at(-1).final && Math.abs(window.seen.at(-1).mark?.[0] * 2 - "
+    page.wait("window.seen.at(-1).final && Math.abs(window.seen.at(-1).mark?.[0][0] * 2 - "
               "window.seen.at(-1).size[0]) < 2")  # fmt: skip
     assert camera(page).look_at == pytest.approx((3, 3, 3))
+
+
+@pytest.mark.slow
+def test_pick_of_what_is_no_sphere(show: Callable[..., Page], tmp_path: Path) -> None:
+    """A bond has a mark of its own shape, and M looks at its middle."""
+    path = tmp_path / "rod.xyz"
+    path.write_text("2\n\nO 0 0 0\nO 4 0 0\n")
+    page = show(str(path), "--bonds", "5", "--radius", "0.5", "--bond-radius", "0.3")
+    page.value("document.querySelector('canvas').focus()")
+    page.key("z")
+    page.wait(READY)
+    across, down = size(page)
+    page.drag((across * 0.6, down / 2), (across * 0.6, down / 2))
+    said = "document.querySelector('[role=status]').value"
+    assert page.wait(f"{said}.startsWith('bond') && {said}") == "bond 0: M looks at it"
+    assert any(row.startswith("start ") for row in page.value(ROW))
+    width, height, pixels = page.value(PIXELS + OVER)
+    drawn = np.array(pixels, np.uint8).reshape(height, width, 4)[..., 3]
+    rows, columns = np.nonzero(drawn)
+    assert np.ptp(columns) > 3 * np.ptp(rows)
+    assert not drawn[height // 2, width // 2]
+    words = command(page)
+    assert words[words.index("--center") + 1] == "2.0,0.0,0.0"
 
 
 @pytest.mark.slow

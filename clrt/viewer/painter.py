@@ -136,7 +136,7 @@ class Painter:
             self._send({"error": _said(error)} | of, b"")
 
     def _pick(self, message: Pick) -> None:
-        """Marks the sphere at a pixel, and tells the page which one it is."""
+        """Marks what is at a pixel, and tells the page what it is."""
         with self._changed:
             shot = self._session.shot
         if shot is None:
@@ -152,8 +152,8 @@ class Painter:
         with self._changed:
             self._session.marked = -1 if found is None else index
             marked = self._session.shot or shot
-        told = {"mark": marked.mark, "command": marked.command, "changes": self._changes}
-        self._send({"picked": found} | told, b"")
+        told = {"name": marked.name, "mark": marked.mark, "command": marked.command}
+        self._send({"picked": found, "changes": self._changes} | told, b"")
 
     def _draw(self) -> None:
         while (due := self._next()) is not None:

@@ -19,6 +19,7 @@ from clrt.scene.film import Film
 from clrt.scene.scene import MAX_SAMPLES, Scene
 from clrt.viewer import orbit
 from clrt.viewer.subject import Subject
+from clrt.viewer.thing import Ring, thing
 
 FOV = 40.0
 """Degrees, of a perspective camera in place of an orthographic one."""
@@ -83,7 +84,7 @@ class Look(Message):
 
 
 class Center(Message):
-    """The sphere that was picked last goes to the middle."""
+    """What was picked last goes to the middle."""
 
 
 class Frame(Message):
@@ -91,7 +92,7 @@ class Frame(Message):
 
 
 class Pick(Message):
-    """The sphere at a pixel is marked, or if there is none none."""
+    """What is at a pixel is marked, or if there is nothing nothing."""
 
     x: Annotated[int, Meta(ge=0)]
     y: Annotated[int, Meta(ge=0)]
@@ -118,15 +119,22 @@ class Shot(Struct, frozen=True):
     scene: Scene
     size: orbit.Size
     marked: int = -1
-    """The index of a sphere, or -1."""
+    """The index of a thing, or -1."""
 
     @property
-    def mark(self) -> tuple[float, float, float] | None:
-        """Where the marked sphere is: column, row and radius, in pixels."""
-        if not 0 <= self.marked < len(self.scene.spheres):
-            return None
-        sphere = self.scene.spheres[self.marked]
-        return orbit.circle(self.scene.camera, sphere.center, sphere.radius, self.size)
+    def mark(self) -> list[Ring] | None:
+        """Where the thing that is marked is."""
+        found = thing(self.scene, self.marked)
+        return None if found is None else found.rings(self.scene.camera, self.size)
+
+    @property
+    def name(self) -> str:
+        """Of the thing that is marked."""
+        found = thing(self.scene, self.marked)
+        if found is None:
+            return ""
+        kind = self.subject.capsules if found.kind == "capsule" else found.kind
+        return f"{kind} {found.number}"
 
     @property
     def command(self) -> str:
@@ -138,9 +146,9 @@ class Shot(Struct, frozen=True):
         words += ["--samples", str(self.scene.samples)]
         if self.subject.is_trajectory:
             words += ["--frame", str(self.frame)]
-            if self.mark is not None:  # whoever leaves the camera out has it in the middle
-                center = self.scene.spheres[self.marked].center
-                words += ["--center", ",".join(map(repr, center))]
+            # Whoever leaves the camera out has in the middle what is marked.
+            if (marked := thing(self.scene, self.marked)) is not None:
+                words += ["--center", ",".join(map(repr, marked.middle))]
         return shlex.join([*words, "--camera", ", ".join(_toml(self.scene.camera))])
 
     @property
@@ -172,7 +180,7 @@ class Session:
         self._view: str | None = None
         self._is_moved = False  # by hand
         self.marked = -1
-        """The index of the sphere that is marked, or -1."""
+        """The index of the thing that is marked, or -1."""
         self._reset()
 
     def _reset(self) -> None:
@@ -202,6 +210,8 @@ class Session:
         return {
             "name": subject.words[0] if subject.words else "picture",
             "spheres": len(self.scene.spheres),
+            f"{subject.capsules}s": len(self.scene.capsules),
+            "faces": sum(map(len, self.scene.meshes)),
             "frames": subject.frames,
             "fps": subject.fps,
             "styles": list(STYLES) if subject.drawn else [],
@@ -283,9 +293,8 @@ class Session:
         if isinstance(message, Zoom):
             return orbit.zoomed(camera, message.factor, (message.x, message.y), size)
         if isinstance(message, Center):
-            if not 0 <= self.marked < len(self.scene.spheres):
-                return camera
-            return orbit.towards(camera, self.scene.spheres[self.marked].center)
+            marked = thing(self.scene, self.marked)
+            return camera if marked is None else orbit.towards(camera, marked.middle)
         if message.projection == "orthographic":
             return orbit.orthographic(camera, size)
         fov = self.subject.at(self._frame).camera.fov or FOV

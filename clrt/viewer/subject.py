@@ -23,6 +23,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 from clrt.values import Array
 from clrt.viewer import orbit
+from clrt.viewer.thing import thing
 
 
 def _moved(scene: Scene, camera: Camera) -> Scene:
@@ -71,23 +72,18 @@ class Subject:
     whose looks can be chosen."""
     columns: Sequence[str] = ()
     """That it can be coloured by."""
+    capsules: str = "capsule"
+    """What one of its capsules is."""
     drawn: "Callable[[str, str], Subject] | None" = None
     """The same with another value of one of `look`."""
 
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
-        """The place, radius, material and values of a sphere, or the ends, radius and material of a
-        capsule, or the number of a face; None of -1, which is none."""
-        if index < 0:
+        """What is told of the thing of an index: its place, size and material, and a sphere's
+        values; None of -1, which is none."""
+        found = thing(scene, index)
+        if found is None:
             return None
-        if index >= len(scene.spheres) + len(scene.capsules):
-            return {"index": index}
-        if index >= len(scene.spheres):
-            capsule = scene.capsules[index - len(scene.spheres)]
-            ends = {"start": capsule.start, "end": capsule.end, "radius": capsule.radius}
-            return {"index": index} | ends | {"material": capsule.material}
-        sphere = scene.spheres[index]
-        known = {"index": index, "position": sphere.center, "radius": sphere.radius}
-        return known | {"material": sphere.material} | self.values(frame, index)
+        return found.about | (self.values(frame, index) if found.kind == "sphere" else {})
 
 
 def of(source: Scene | str | Path, words: Sequence[str] = ()) -> Subject:
@@ -160,6 +156,7 @@ def of_file(
         values=values,
         look=_said(flow.look),
         columns=flow.columns,
+        capsules=_capsules(flow.look),
         drawn=lambda key, value: of_file(path, _with(drawn, key, value), words, reading),
     )
 
@@ -190,6 +187,7 @@ def of_particles(particles: Particles, drawn: Mapping[str, Any] = MappingProxyTy
         values=values,
         look=_said(look),
         columns=tuple(particles.columns),
+        capsules=_capsules(look),
         drawn=lambda key, value: of_particles(particles, _with(drawn, key, value)),
     )
 
@@ -204,6 +202,11 @@ def _said(look: Look) -> dict[str, str]:
         "clim": " ".join(f"{one:g}" for one in clim),
         "select": look.select or "",
     }
+
+
+def _capsules(look: Look) -> str:
+    """What a capsule of particles is: with arrows, or edges of a box, it may be one of these."""
+    return "bond" if look.vectors is None and look.cell != "solid" else "capsule"
 
 
 def _with(drawn: Mapping[str, Any], key: str, value: str) -> dict[str, Any]:

@@ -5,7 +5,7 @@ const MARKUP = `
     <canvas tabindex="0" role="application" aria-label="The picture. Arrow keys turn it, with Shift
       they pan; plus and minus zoom, Enter picks what is in the middle, H lists all keys."></canvas>
     <canvas class="over" aria-hidden="true"></canvas>
-    <table hidden aria-label="The sphere that was picked"></table>
+    <table hidden aria-label="What was picked"></table>
     <pre hidden tabindex="0"></pre>
     <output role="status"></output>
   </div>
@@ -72,7 +72,7 @@ export function view(root, send, pause = 0) {
   let newest = 0; // picture that was drawn
   let final = null; // the last one, if nothing has changed since
   let layers = []; // what lies over the picture: bitmaps and where they are
-  let mark = null; // of the sphere that was picked: column, row and radius
+  let mark = null; // of what was picked: the column, row and radius of each ball whose hull it is
   let name = "picture";
   let playing = null; // since when, and from which frame
   let frames = 1, fps = 30;
@@ -123,7 +123,8 @@ export function view(root, send, pause = 0) {
     options(form.style, told.styles);
     options(form.cmap, told.cmaps);
     options(find("datalist"), told.columns);
-    say(`${told.spheres.toLocaleString("en")} spheres`);
+    const many = ["spheres", "bonds", "capsules", "faces"].filter((what) => told[what]);
+    say(many.map((what) => `${told[what].toLocaleString("en")} ${what}`).join(", "));
   }
 
   // A file has the layers, then the picture.
@@ -160,16 +161,31 @@ export function view(root, send, pause = 0) {
     if (over.hidden) return;
     if (over.width !== width || over.height !== height) [over.width, over.height] = [width, height];
     else drawing.clearRect(0, 0, width, height);
-    for (const { drawn, x, y } of layers) drawing.drawImage(drawn, x, y);
-    if (!mark) return;
-    const [x, y, radius] = mark;
-    for (const [color, thick] of [["#000a", 4], ["#fff", 2]]) {
-      drawing.strokeStyle = color;
-      drawing.lineWidth = thick * ratio();
-      drawing.beginPath();
-      drawing.arc(x + 0.5, y + 0.5, radius + 3 * ratio(), 0, 7);
-      drawing.stroke();
+    const bands = [["#000", 5, 4], ["#fff", 4, 2], ["#000", 2, 1]]; // colour, outer and inner side
+    for (const [color, outer, inner] of mark ? bands : []) {
+      fill("source-over", color, outer * ratio());
+      fill("destination-out", color, inner * ratio());
     }
+    for (const { drawn, x, y } of layers) drawing.drawImage(drawn, x, y);
+  }
+
+  // The hull of the mark's balls, grown by so many pixels.
+  function fill(how, color, grown) {
+    drawing.globalCompositeOperation = how;
+    drawing.fillStyle = color;
+    const area = (draw) => (drawing.beginPath(), draw(), drawing.fill());
+    area(() => mark.forEach(([x, y]) => drawing.lineTo(x + 0.5, y + 0.5)));
+    mark.forEach(([x, y, radius], i) => {
+      const [toX, toY, other] = mark[(i + 1) % mark.length];
+      const way = Math.atan2(toY - y, toX - x), far = Math.hypot(toX - x, toY - y);
+      area(() => drawing.arc(x + 0.5, y + 0.5, radius + grown, 0, 7));
+      if (far <= Math.abs(radius - other)) return; // one is inside the other
+      const aside = Math.acos((radius - other) / far); // where lines that touch both touch them
+      area(() => [[x, y, radius, 1], [x, y, radius, -1], [toX, toY, other, -1], [toX, toY, other, 1]].forEach(
+        ([x, y, r, side]) => drawing.lineTo(x + 0.5 + (r + grown) * Math.cos(way + side * aside),
+          y + 0.5 + (r + grown) * Math.sin(way + side * aside))));
+    });
+    drawing.globalCompositeOperation = "source-over";
   }
 
   function controls(header) {
@@ -201,7 +217,7 @@ export function view(root, send, pause = 0) {
       line.append(document.createElement("th"), document.createElement("td"));
       [line.cells[0].textContent, line.cells[1].textContent] = [key, shown];
     }
-    say(known.length ? `sphere ${header.picked.index}: M looks at it` : "nothing there");
+    say(known.length ? `${header.name}: M looks at it` : "nothing there");
     mark = header.mark;
     cover();
     if (final?.changes === header.changes) final.command = header.command;
@@ -277,7 +293,7 @@ export function view(root, send, pause = 0) {
     "+": ["zoom in", () => zoom(1.1, ...middle())],
     "-": ["zoom out", () => zoom(1 / 1.1, ...middle())],
     Enter: ["pick what is in the middle", () => pick(...middle())],
-    m: ["look at the sphere that was picked", () => change({ do: "center" })],
+    m: ["look at what was picked", () => change({ do: "center" })],
     r: ["reset", () => form.reset.click()],
     o: ["orthographic or perspective", () => form.projection.click()],
     ...Object.fromEntries(Object.entries(SIDES).map(([k, of]) => [k, [`from ${of}`, () => side(of)]])),

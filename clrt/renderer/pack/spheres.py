@@ -32,13 +32,20 @@ def extent(center: Array, radius: Array) -> Any:
     return reach.max(initial=0)
 
 
+def _apart(center: Array, origin: Array, axis: int) -> Array:
+    """How far centres are from the origin along an axis, (n,) float64. Each axis by itself is twice
+    as fast as rows of three."""
+    found: Array = center[:, axis] - origin[axis : axis + 1]  # a scalar would leave them float32
+    return found
+
+
 def reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
     """How far many spheres reach from the origin, as extent(), and which are giants."""
     farthest, giants = 0.0, [np.zeros(0, np.int64)]
     for block in lens.blocks(len(spheres)):
         radius = spheres.radius[block].astype(np.float64)
-        away = spheres.center[block] - origin
-        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+        x, y, z = (_apart(spheres.center[block], origin, axis) for axis in range(3))
+        distance = np.sqrt(x * x + y * y + z * z)
         surface = abs(distance - radius)
         giant = radius > GIANT * surface
         farthest = max(farthest, float(np.where(giant, surface, distance + radius).max(initial=0)))
@@ -85,7 +92,8 @@ def beads(spheres: Spheres, origin: Array, scale: float, real: Real) -> Array:
     """(spheres, 4) of real: centre from the origin, and radius, scaled."""
     found = np.empty((len(spheres), 4), real)
     for block in lens.blocks(len(spheres)):
-        found[block, :3] = (spheres.center[block] - origin) * scale
+        for axis in range(3):
+            found[block, axis] = _apart(spheres.center[block], origin, axis) * scale
         found[block, 3] = spheres.radius[block] * np.float64(scale)
     return found
 
