@@ -24,8 +24,11 @@ SCALES = (1.0, 0.75, 0.5, 0.375, 1 / 3)
 ones nobody sees what moves, so a scene that takes longer gets fewer pictures instead."""
 AGAIN = 60
 """Pictures after which a size is tried again that took too long."""
-GAIN = 0.9
-"""Of the time that a picture takes, at most, if it was worth it to make it smaller."""
+GAIN = 0.75
+"""Of the time that a picture takes, at most, if it was worth it to make it smaller. Its pixels are
+at most 0.57 as many: where they take the time, it takes less than that."""
+SAYS = 0.25
+"""Of what is known of a size, the part that one picture says: others slow it down as well."""
 PATIENCE = 1.0
 """From when a picture was sent: if no page has drawn it by then it was lost on its way."""
 LOSSES = 4
@@ -66,17 +69,18 @@ class Pace:
     def took(self, scale: float, load: float) -> None:
         """load: of a picture of that scale, in parts of the time that there is."""
         step = SCALES.index(scale)
-        # Half way at a time: one slow picture says little.
-        load = (load + (self._load(step) or load)) / 2
+        known = self._load(step) or load
+        load = known + SAYS * (load - known)
         self._number += 1
         self._loads[step] = load, self._number
         if step != self._step:  # begun before the last one was judged
             return
-        if load <= 1:
+        left = self._left if scale < 0.5 else None
+        if left is not None and load > GAIN * self._load(left):
+            self._step, self._left = left, None  # it is not their size that takes time
+        elif load <= 1:
             if step > 0 and self._load(step - 1) <= 1:
                 self._step, self._left = step - 1, None
-        elif self._left is not None and load > GAIN * self._load(self._left):
-            self._step, self._left = self._left, None  # it is not their size that takes time
         else:
             smaller = range(step + 1, len(SCALES))
             fitting = (i for i in smaller if load * (SCALES[i] / scale) ** 2 < 2)

@@ -244,6 +244,7 @@ export function view(root, send, pause = 0) {
   let from = null; // where the first went down, as long as it can be a click
   let clicked = { time: -TWICE, place: [0, 0] };
   canvas.addEventListener("pointerdown", (event) => {
+    text.hidden = true;
     if (event.button !== 0 || held.size === 2) return;
     canvas.setPointerCapture(event.pointerId);
     from = held.size ? null : at(event);
