@@ -94,6 +94,7 @@ def test_faces_without_area_are_dropped_and_counted(scale: float) -> None:
     assert (mesh.colors == colors).all()  # one a vertex
     with pytest.warns(SceneWarning):
         mesh = Mesh(np.concatenate([vertices, vertices]), faces, colors=colors)
+    assert not mesh.has_vertex_colors
     assert mesh.colors is not None
     assert mesh.colors.tolist() == colors[[0, 4]].tolist()
     with warnings.catch_warnings():
@@ -179,6 +180,20 @@ def test_colors_of_corners() -> None:
     assert of_faces.corner_colors is not None
     assert of_faces.corner_colors[1].tolist() == [colors[1].tolist()] * 3
     assert Mesh(TETRAHEDRON, OUTWARD).corner_colors is None
+
+
+def test_without_the_vertices_of_no_face() -> None:
+    places = np.concatenate([[[9.0, 9, 9]], TETRAHEDRON, [[8, 8, 8]]])
+    colors = np.arange(18.0).reshape(6, 3)
+    mesh = Mesh(places, np.array(OUTWARD) + 1, colors=colors, material="m", shading="phong")
+    assert mesh.vertex_normals.shape == (6, 3)
+    expected = Mesh(TETRAHEDRON, OUTWARD, colors=colors[1:5], material="m", shading="phong")
+    assert mesh.trimmed() == expected
+    assert (mesh.trimmed().vertex_normals == expected.vertex_normals).all()
+    assert expected.trimmed() is expected
+    # As many faces as vertices are left, and colours are still the faces'.
+    of_faces = Mesh(places, np.array(OUTWARD) + 1, colors=colors[:4]).trimmed()
+    assert (of_faces.has_vertex_colors, len(of_faces.vertices)) == (False, 4)
 
 
 def test_in_a_scene_file() -> None:

@@ -256,3 +256,39 @@ def test_what_is_lost_beside_a_far_ball_is_refused(monkeypatch, tree: bool) -> N
     packed(1e20, "double")
     with pytest.raises(RequestError, match="expected the farthest things nearer"):
         packed(1e162, "double")
+
+
+def test_a_mesh_that_is_lost_beside_a_far_ball_is_refused() -> None:
+    """Of 2^-46 of the scene its shading was off by 3e-5, of 2^-50 nothing was to be seen."""
+    places = [(-1.0, -1.0, 0.0), (1, -1, 0), (0, 1, 0)]
+    matte = {"matte": Material((0, 0, 0), (1, 1, 1), (0, 0, 0), 1)}
+
+    def packed(size: float, precision: Precision, away: float = 3) -> None:
+        mesh = clrt.Mesh(size / 2 * np.array(places), [(0, 1, 2)], material="matte")
+        camera = Camera((0, 0, away * size), (0, 0, 0))
+        ball = Sphere((0.9, 0, 0), 0.1, "matte")
+        scene = Scene(camera, [clrt.Light((5, 5, 5))], matte, [ball], meshes=[mesh])
+        arguments_of(pack_world(scene, precision), scene, 64, 64)
+
+    packed(2.0**-46, "robust")
+    lost = r"robust cannot show a mesh of size 7\.11e-15 and .* 1\.e\+00 from .* double$"
+    with pytest.raises(RequestError, match=lost):
+        packed(2.0**-47, "robust")
+    packed(2.0**-47, "robust", 3e6)  # a speck
+    packed(2.0**-47, "double")
+    with pytest.raises(RequestError, match=r"mesh of .* the farthest things nearer"):
+        packed(2.0**-356, "double")
+
+
+def test_vertices_of_no_face_are_nowhere() -> None:
+    """They were counted for where orthographic rays start and how large the scene is."""
+    places = [(-1.0, -1.0, 0.0), (1, -1, 0), (0, 1, 0), (0, 0, 1e6)]
+    mesh = clrt.Mesh(places, [(0, 1, 2)], material="matte")
+    camera = Camera((0, 0, 5), (0, 0, 0), projection="orthographic", height=2)
+    scenes = [
+        Scene(camera, materials={"matte": Material()}, meshes=[one])
+        for one in (mesh, clrt.Mesh(places[:3], [(0, 1, 2)], material="matte"))
+    ]
+    found, expected = (arguments_of(pack_world(one, "robust"), one, 64, 64) for one in scenes)
+    assert found["camera"] == expected["camera"]
+    assert (found["faces"] == expected["faces"]).all()

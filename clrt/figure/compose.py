@@ -336,7 +336,7 @@ def _corners(box: Cell | None, look: Look) -> Array:
     """What is in view beside spheres."""
     parts = [] if box is None else [corners_of(box)]
     if look.mesh is not None:
-        parts.append(look.mesh.mesh.vertices)
+        parts.append(look.mesh.mesh.trimmed().vertices)
     return np.concatenate([np.zeros((0, 3)), *parts])
 
 

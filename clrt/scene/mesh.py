@@ -58,6 +58,7 @@ class Mesh:
         given = len(self.faces)
         self.normals = _rows_of("normals", normals, (n,), "one a vertex")
         self.colors = _rows_of("colors", colors, (n, given), "one a vertex or one a face")
+        self._colors_are_vertices = self.colors is not None and len(self.colors) == n
         require(isinstance(material, str), "material", "a material's name", material)
         self.material = material
         self.shading: Shading = _shading(shading) or ("flat" if normals is None else "phong")
@@ -106,10 +107,27 @@ class Mesh:
         found.colors = None
         return found
 
+    def trimmed(self) -> "Mesh":
+        """It without the vertices that no face has; itself if there are none."""
+        used = np.zeros(len(self.vertices), bool)
+        used[self.faces.ravel()] = True
+        if used.all():
+            return self
+        found = copy.copy(self)
+        found.__dict__.pop("vertex_normals", None)
+        found.vertices = frozen(self.vertices[used])
+        places = np.cumsum(used, dtype=np.int32) - 1
+        found.faces = frozen(places[self.faces])
+        if self.normals is not None:
+            found.normals = frozen(self.normals[used])
+        if self.colors is not None and self.has_vertex_colors:
+            found.colors = frozen(self.colors[used])
+        return found
+
     @property
     def has_vertex_colors(self) -> bool:
         """Whether there are colours, one a vertex."""
-        return self.colors is not None and len(self.colors) == len(self.vertices)
+        return self.colors is not None and self._colors_are_vertices
 
     @property
     def corners(self) -> Array:
@@ -165,7 +183,10 @@ class Mesh:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):
             return NotImplemented
-        if (self.material, self.shading) != (other.material, other.shading):
+        looks, others = (
+            (mesh.material, mesh.shading, mesh.has_vertex_colors) for mesh in (self, other)
+        )
+        if looks != others:
             return False
         return all(
             a is b or (a is not None and b is not None and np.array_equal(a, b))

@@ -11,6 +11,7 @@ from clrt.renderer.pack import capsules, lights, meshes, spheres
 from clrt.renderer.pack.features import Features, base_samples, has_tree, starts_ahead
 from clrt.renderer.pack.structs import (
     AXES,
+    LEAST_FACE,
     LEAST_RADIUS,
     MAX_COLOR,
     MAX_DISTANCE,
@@ -222,7 +223,8 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
 
 def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
     """Raises RequestError: a sphere or a capsule that the camera sees is lost beside the farthest,
-    which is no giant."""
+    which is no giant, or a mesh."""
+    _require_meshes_in_range(world, camera, extent)
     radii = world.radii[: len(world.spheres) + len(world.capsules)]
     least = LEAST_RADIUS[PRECISIONS[world.precision]] * extent
     if not len(radii) or np.min(radii) >= least:
@@ -240,14 +242,28 @@ def _require_in_range(world: World, camera: Camera, extent: Any) -> None:
         across = np.linalg.norm(place - camera.position, axis=1)
     seen = small[radius > SPECK * across]
     if len(seen):
-        # As words: a float64 may not hold the extent.
-        wanted = "double" if world.precision == "robust" else "the farthest things nearer"
         what = "sphere" if seen[0] < len(world.spheres) else "capsule"
-        raise RequestError(
-            f"precision: {world.precision} cannot show a {what} of radius {radii[seen[0]]:.3g} and "
-            f"one that reaches {np.format_float_scientific(extent, 2)} from the camera, "
-            f"expected {wanted}"
-        )
+        raise _lost(world, f"{what} of radius {radii[seen[0]]:.3g}", extent)
+
+
+def _require_meshes_in_range(world: World, camera: Camera, extent: Any) -> None:
+    """Raises RequestError: so is a mesh, of which a face is judged by what the mean one has of the
+    space that the mesh takes."""
+    count = np.array(list(map(len, world.meshes)), np.longdouble)
+    least = LEAST_FACE[PRECISIONS[world.precision]] * extent * np.cbrt(count)
+    for k in np.flatnonzero(world.mesh_sizes < least).tolist():
+        place = world.meshes[k].vertices[0].astype(np.longdouble)
+        across = camera.height or np.linalg.norm(place - camera.position)
+        if world.mesh_sizes[k] > SPECK * across:
+            raise _lost(world, f"mesh of size {world.mesh_sizes[k]:.3g}", extent)
+
+
+def _lost(world: World, what: str, extent: Any) -> RequestError:
+    wanted = "double" if world.precision == "robust" else "the farthest things nearer"
+    return RequestError(  # as words: a float64 may not hold the extent
+        f"precision: {world.precision} cannot show a {what} and one that reaches "
+        f"{np.format_float_scientific(extent, 2)} from the camera, expected {wanted}"
+    )
 
 
 def _camera(

@@ -22,6 +22,11 @@ def per_face(meshes: Sequence[Mesh], values: Sequence[int]) -> Array:
     return np.repeat(np.array(values, np.int32), [len(mesh) for mesh in meshes])
 
 
+def sizes(meshes: Sequence[Mesh]) -> Array:
+    """(meshes,): the longest side of the box around each."""
+    return np.array([np.ptp(mesh.vertices, axis=0).max() for mesh in meshes], np.float64)
+
+
 def reach(meshes: Sequence[Mesh], origin: Array) -> float:
     """How far the corners of many faces reach from the origin."""
     farthest = 0.0
@@ -133,9 +138,3 @@ def arguments(meshes: Sequence[Mesh], first: int, real: Real) -> dict[str, Array
     if smooth or colors is not None:
         found["corners"] = corners(meshes)
     return found
-
-
-def radii(meshes: Sequence[Mesh]) -> Array:
-    """(faces,): a tenth of a mesh's longest side, for outlines of its folds."""
-    sides = [np.ptp(mesh.vertices, axis=0).max(initial=0) / 10 for mesh in meshes]
-    return np.repeat(np.array(sides, np.float64), [len(mesh) for mesh in meshes])

@@ -40,6 +40,8 @@ MAX_STRENGTH = 2.0**126  # of a light at distance 1
 LEAST_RADIUS: dict[Real, float] = {np.float32: 2.0**-69, np.float64: 2.0**-531}
 """In units of the scene's extent. A radius' square, 2^-138, has 11 bits above the least number that
 there is, so the silhouette is off by 2^-12 of the radius at most; float64 likewise."""
+LEAST_FACE: dict[Real, float] = {np.float32: 2.0**-46, np.float64: 2.0**-354}
+"""Likewise of a face's side: to find where a ray meets it three lengths are multiplied."""
 SPECK = 1e-5
 """A sphere of a radius less than this many times its distance is not worth an error: it is less
 than a hundredth of a pixel."""

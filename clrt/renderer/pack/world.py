@@ -70,11 +70,18 @@ class World:
     """Indices of things that are as if they were not there."""
 
     @cached_property
+    def mesh_sizes(self) -> Array:
+        """(meshes,): the longest side of the box around each, in the world's unit."""
+        return meshes.sizes(self.meshes)
+
+    @cached_property
     def radii(self) -> Array:
         """(things,) in the world's unit."""
         if not len(self.capsules) and not self.meshes:
             return self.spheres.radius
-        parts = [self.spheres.radius, self.capsules.radius, meshes.radii(self.meshes)]
+        # Of a face a tenth of its mesh's longest side, for outlines of folds.
+        faces = np.repeat(self.mesh_sizes / 10, list(map(len, self.meshes)))
+        parts = [self.spheres.radius, self.capsules.radius, faces]
         return np.concatenate(parts)
 
     def is_of(self, scene: Scene) -> bool:
@@ -113,7 +120,8 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     open_ambient = [light for light in ambient if not light.occlusion]
     skies = tuple(light for light in ambient if light.occlusion)
     many, capsules = Spheres.of(scene.spheres), Capsules.of(scene.capsules)
-    surfaces = [mesh for mesh in scene.meshes if len(mesh)]  # buffers of none cannot be made
+    # Buffers of none cannot be made, and vertices of no face are nowhere in the picture.
+    surfaces = [mesh.trimmed() for mesh in scene.meshes if len(mesh)]
     index = {name: i for i, name in enumerate(scene.materials)}
     material_of = np.concatenate(
         [
