@@ -93,6 +93,6 @@ class ParticleWarning(ClrtWarning):
     """A file has something that is not used."""
 
 
-def warn(key: str, text: str) -> None:
-    """Warns of particles that have not all that a key needs."""
-    warnings.warn(f"{_CALLED.get().get(key, key)}: {text}", ParticleWarning, stacklevel=3)
+def warn(key: str, text: str, kind: type[Warning] = ParticleWarning) -> None:
+    """Warns of particles that have not all that a key needs, or of what a key makes of a scene."""
+    warnings.warn(f"{_CALLED.get().get(key, key)}: {text}", kind, stacklevel=3)

@@ -115,7 +115,11 @@ def test_what_is_not_drawn_is_said() -> None:
     with pytest.warns(ParticleWarning, match="vectors: 1 of 5 are no finite numbers"):
         arrows()
     with pytest.warns(ParticleWarning, match="bonds: none are found"):
-        represented(HERE, bonds=1e-3)
+        represented(HERE, bonds=1e-3, bond_radius=0.1)
+    for key, value in (("bond_radius", 0.1), ("bond_color", "red"), ("vector_scale", 2)):
+        said = f"{key}: expected {key[: key.index('_')]}s, there are none to draw"
+        with pytest.warns(ParticleWarning, match=said):
+            represented(HERE, **{key: value})
 
 
 def test_a_solid_box() -> None:

@@ -149,4 +149,15 @@ def test_what_is_far_from_the_middle_is_not_seen(projection: framing.Projection)
         camera = framing.holding(
             [one], np.zeros((0, 3)), (0, 0, 1), size, projection, zoom=zoom, center=(x, 0, 0)
         )
-        assert framing.is_seen(camera, one, np.zeros((0, 3)), size) == expected
+        assert framing.is_seen(camera, one, None, NO_POINTS, size) == expected
+
+
+@pytest.mark.parametrize("projection", framing.PROJECTIONS)
+def test_between_what_is_drawn_nothing_is_seen(projection: framing.Projection) -> None:
+    """At a zoom of 1e5 the picture was blank without a word."""
+    places = np.array([[-3.0, 0, 0], [3, 0, 0]])
+    two = clrt.Spheres(places, np.ones(2), "m")
+    camera = framing.holding([two], NO_POINTS, (0, 0, 1), SIZES[0], projection, zoom=1e5)
+    rod = clrt.Capsules(places[:1], places[1:], 0.1, "m")
+    assert not framing.is_seen(camera, two, None, NO_POINTS, SIZES[0])
+    assert framing.is_seen(camera, two, rod, NO_POINTS, SIZES[0])

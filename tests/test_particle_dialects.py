@@ -206,6 +206,8 @@ def test_ply_colours_and_types(tmp_path: Path) -> None:
     faces = "element face 1\nproperty list uchar int vertex_indices\n"
     lines = read(path, ply(3, XYZ, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", more=faces))[1]
     assert lines == ["element face: is not used: its vertices are drawn"]
+    lines = read(path, ply(1, XYZ, "0 0 0\n", more=faces.replace("face 1", "face 0")))[1]
+    assert lines == ["element face: has no rows: the vertices are drawn"]
 
 
 def test_splats(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import operator
 import re
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -10,7 +9,7 @@ import msgspec
 import numpy as np
 from msgspec.structs import force_setattr, replace
 
-from clrt.errors import SceneError, SceneWarning
+from clrt.errors import SceneError, SceneWarning, warn
 from clrt.figure import framing, styles, surfaces
 from clrt.figure.decoration import decorated
 from clrt.figure.framing import PROJECTIONS, Projection
@@ -280,9 +279,11 @@ def scene_of(made: Representation, look: Look, parts: Iterable[Spheres], box: Ce
         film = replace(film, scalebar_label=text)
     camera = framed(made, look, parts, box, film)
     corners = _corners(box, look)
-    if look.center is not None and not framing.is_seen(camera, made.spheres, corners, look.size):
-        said = "center: what is drawn is outside the picture, or smaller than a pixel"
-        warnings.warn(said, SceneWarning, stacklevel=2)
+    moved = [key for key in ("center", "zoom") if getattr(look, key) != getattr(Look(), key)]
+    balls, sticks = made.spheres, made.capsules
+    if moved and not framing.is_seen(camera, balls, sticks, corners, look.size):
+        said = "what is drawn is outside the picture, or smaller than a pixel"
+        warn(moved[0], said, SceneWarning)
     materials, meshes = {look.style: style.material}, list[Mesh]()
     if look.mesh is not None:
         mesh, material = surfaces.shown(look.mesh, style.material, alone)

@@ -11,6 +11,7 @@ import numpy as np
 from clrt.errors import RequestError, SceneError
 from clrt.scene import lens
 from clrt.scene.camera import Camera
+from clrt.scene.capsules import Capsules
 from clrt.scene.spheres import Spheres
 from clrt.values import Array, Vec3, did_you_mean
 
@@ -177,8 +178,19 @@ def extent(spheres: Spheres, corners: Array) -> float:
     return float((high - low).max())
 
 
-def is_seen(camera: Camera, spheres: Spheres, corners: Array, size: tuple[int, int]) -> bool:
-    """Whether a pixel or more of the picture is within the box around spheres and points."""
+def is_seen(
+    camera: Camera,
+    spheres: Spheres,
+    capsules: Capsules | None,
+    corners: Array,
+    size: tuple[int, int],
+) -> bool:
+    """Whether a pixel or more of the picture is within the box around spheres and points, and, if
+    there are no points, a sphere or a capsule is in the picture."""
+    if not len(corners) and not lens.meets(
+        camera, spheres, capsules, lens.half_screen(camera, *size)
+    ):
+        return False
     low, high = _extent([spheres], corners, np.eye(3))
     ends = np.array([*itertools.product(*zip(low, high, strict=True))]) - camera.position
     x, y, z = np.array(camera.basis()) @ ends.T

@@ -75,8 +75,6 @@ def lines(
     parts, aside, sizes = list[Capsules](), list[Spheres](), known or Sizes()
     found = bonding.found(particles, asked.bonds, says=known is None)
     said = asked.bonds not in (True, bonding.LISTED)
-    if found is not None and not len(found.pairs) and known is None and said:
-        warn("bonds", "none are found")
     if found is not None and len(found.pairs):
         thick = asked.bond_radius or sizes.bond or bonding.radius_of(particles, float(radii.min()))
         made, ends = bonding.capsules(
@@ -85,6 +83,10 @@ def lines(
         parts.append(made)
         aside.append(Spheres(ends, thick, material))
         sizes = sizes._replace(bond=thick)
+    elif known is None and found is not None and said:
+        warn("bonds", "none are found")
+    elif known is None:
+        _say_of_none("bonds", bond_radius=asked.bond_radius, bond_color=asked.bond_color)
     if asked.vectors is not None and len(particles):
         ways = arrows.vectors(particles, asked.vectors)
         usual = float(np.median(radii))
@@ -106,7 +108,16 @@ def lines(
         parts.append(made)
         aside.append(Spheres(ends, arrows.HEAD * arrows.TIP * thick, material))
         sizes = sizes._replace(arrow=scale, shaft=thick)
+    elif known is None:
+        _say_of_none("vectors", vector_scale=asked.vector_scale, vector_color=asked.vector_color)
     return Lines(Capsules.joined(parts) if parts else None, [a for a in aside if len(a)], sizes)
+
+
+def _say_of_none(what: str, **looks: Any) -> None:
+    """Says that looks were given of what is not there."""
+    for key, given in looks.items():
+        if given not in (None, ATOMS):
+            warn(key, f"expected {what}, there are none to draw")
 
 
 def edges(box: Cell, material: str) -> Capsules:

@@ -99,6 +99,15 @@ def start(
     return real(best if np.isfinite(best) else 0)
 
 
+def meets(camera: Camera, spheres: Spheres, capsules: Capsules | None, screen: Array) -> bool:
+    """Whether a sphere or a capsule is in the picture of a camera without a lens."""
+    find, screen = _first_beside if camera.orthographic else _first_ahead, screen.astype(float)
+    seen = _seen(camera, spheres, np.float64)
+    if any(np.isfinite(find(center, radius, screen)).any() for center, radius, _ in seen):
+        return True
+    return capsules is not None and np.isfinite(_first_of_capsules(camera, capsules, screen))
+
+
 def _first_of_capsules(camera: Camera, capsules: Capsules, screen: Array) -> float:
     """Where a camera can meet the first of some capsules, a little before; infinity if none.
 

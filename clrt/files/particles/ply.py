@@ -118,6 +118,8 @@ def _drawn(
     for element in elements:
         if element.name not in ("vertex", "edge", "camera") and element.rows:
             rules.say(source, f"element {element.name}: is not used: its vertices are drawn")
+        elif element.name == "face" and not element.rows:
+            rules.say(source, "element face: has no rows: the vertices are drawn")
     if columns.keys() >= SPLAT:
         columns = _of_splats(columns, source)
     return particles(columns, source, line_of=line_of)
