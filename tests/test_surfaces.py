@@ -15,8 +15,11 @@ from clrt.errors import RequestError
 from clrt.figure import compose, sources, surfaces
 from clrt.figure.compose import Look
 from clrt.film import color
+from clrt.motion import cluster
+from clrt.motion.surfaces import Surfaces, are_meshes
 from clrt.renderer.pack.world import pack_world
 from clrt.truth import tracer
+from clrt.viewer import subject
 
 VERTICES, FACES = sphere(4, 2.0, (5, 0, 0))
 MESH = Mesh(VERTICES, FACES)
@@ -127,6 +130,53 @@ def test_check_says_what_a_mesh_is(file: Path) -> None:
     assert found == f"{file}: 320 faces, 162 vertices, closed\n  has       no normals or colours\n"
 
 
+def test_a_mesh_a_frame(tmp_path: Path) -> None:
+    """All as the first one is seen; colours mean the same in all, or what they mean there."""
+    for k in (2, 10):
+        rows = [f"{x} {y} {z} {k * z}" for x, y, z in VERTICES * k]
+        rows += [f"3 {a} {b} {c}" for a, b, c in FACES]
+        head = f"ply\nformat ascii 1.0\nelement vertex {len(VERTICES)}\n"
+        head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "heat"))
+        head += f"element face {len(FACES)}\nproperty list uchar int vertex_indices\nend_header\n"
+        (tmp_path / f"a{k}.ply").write_text(head + "\n".join(rows) + "\n")
+    pattern = str(tmp_path / "a*.ply")
+    assert are_meshes([pattern])
+    assert not are_meshes([pattern, "a.xyz"])
+    look = {"mesh_color": "heat", "cmap": "gray", "size": SIZE, "label": "{frame}"}
+    way = Surfaces([pattern], **look)
+    one, other = way.scenes(way.check(way.frames))
+    assert (one.camera, one.lights) == (other.camera, other.lights)
+    assert [len(scene.meshes[0]) for scene in (one, other)] == [len(FACES)] * 2
+    assert np.ptp(other.meshes[0].vertices) == pytest.approx(5 * np.ptp(one.meshes[0].vertices))
+    assert [one.film.label, other.film.label] == ["0", "1"]
+    (low, high), first = (
+        colors_of(one),
+        colors_of(Surfaces([pattern], **look, clim="first").scene(0)),
+    )
+    assert low[0] > first[0][0]
+    assert high[0] < first[1][0]
+    assert cluster.fingerprint(one) != cluster.fingerprint(other)
+    assert cluster.fingerprint(way.said) == cluster.fingerprint(Surfaces([pattern], **look).said)
+
+
+def colors_of(scene: clrt.Scene) -> list[np.ndarray]:
+    """At the lowest and the highest vertex."""
+    (mesh,) = scene.meshes
+    assert mesh.colors is not None
+    return [mesh.colors[k] for k in (VERTICES[:, 2].argmin(), VERTICES[:, 2].argmax())]
+
+
+def test_in_view(file: Path) -> None:
+    drawn = {"mesh_color": "red", "cell": False, "select": None}
+    found = subject.of_mesh(file, drawn, ["--samples", "4"])
+    assert found.words == (str(file), "--samples", "4", "--mesh-color", "red")
+    scene = found.at(0)
+    assert scene.meshes[0].vertices.shape == VERTICES.shape
+    assert found.framed(scene, (90, 90), "z").basis()[2] == pytest.approx((0, 0, 1))
+    with pytest.raises(RequestError, match="select: expected particles, of a mesh alone"):
+        subject.of_mesh(file, {"select": "x > 0"})
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -140,12 +190,14 @@ def test_check_says_what_a_mesh_is(file: Path) -> None:
         (["{}", "--mesh-opacity", "0.5", "--style", "mirror"], "--mesh-opacity: expected 1 beside"),
         (["{}", "--mesh-opacity", "2"], "--mesh-opacity: expected a number from 0 to 1"),
         (["none.stl"], "none.stl: cannot be read"),
+        (["{}", "--view-all"], "--view-all: expected files of particles"),
         (["four-spheres", "--mesh", "{}"], "--mesh: expected a file of particles"),
     ],
 )
 def test_commands_say_in_one_line_what_is_wrong(words: list[str], said: str, file: Path) -> None:
     given = [word.format(file) for word in words]
-    found = CliRunner().invoke(main, ["render", *given, "-o", str(file.parent / "a.png")])
+    command = "animate" if "--view-all" in words else "render"
+    found = CliRunner().invoke(main, [command, *given, "-o", str(file.parent / "a.png")])
     text = str(found.exception) if isinstance(found.exception, RequestError) else found.output
     assert said in text
     assert len(text.strip().splitlines()) == 1

@@ -78,7 +78,8 @@ def animate(
     shard: tuple[int, int] | None,
 ) -> None:
     """Renders the animation of SCENE, a built-in scene's name or a TOML file, or a trajectory of
-    particles; default: orbit. Several files, or a pattern as 'dump.*', have one frame each.
+    particles; default: orbit. Several files, or a pattern as 'dump.*', have one frame each; they
+    may be meshes (.stl, .obj, .ply with faces).
 
     The headings from "Which particles" to "Where they are seen from" are for trajectories (see
     'clrt formats'). All frames are seen as the first one.
@@ -100,6 +101,7 @@ def animate(
     from clrt.files import video as videos
     from clrt.files.particles.suffix import is_particles
     from clrt.motion import animation, cluster
+    from clrt.motion.surfaces import Surfaces, are_meshes
 
     scene = scenes[0] if scenes else "orbit"
     quiet, output = rendering.quiet, output or Path(f"{stem_of(scene)}.mp4")
@@ -107,7 +109,12 @@ def animate(
         image.check_apart(output, Path(one))
     look = {"samples": rendering.samples, **film}
     way: animation.Frames
-    if len(scenes) > 1 or "format" in reading or is_particles(Path(scene)):
+    if not reading and are_meshes(scenes):
+        if view_all:
+            raise RequestError(f"--view-all: expected files of particles, {scene} is a mesh")
+        with called(PARTICLE_KEYS):
+            way = Surfaces(scenes, size=(width, height), **look, **drawn)
+    elif len(scenes) > 1 or "format" in reading or is_particles(Path(scene)):
         from clrt.figure.sources import look as looking
         from clrt.motion.trajectory import Flow
 

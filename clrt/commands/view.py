@@ -46,8 +46,8 @@ def view(
     drawn: dict[str, Any],
     reading: dict[str, str],
 ) -> None:
-    """Shows SCENE in a browser, a built-in scene's name, a TOML file or a file of particles;
-    default: four-spheres.
+    """Shows SCENE in a browser, a built-in scene's name, a TOML file, a file of particles or of a
+    mesh; default: four-spheres.
 
     It prints an address, which it opens if there is a browser. Whoever knows it can look. Ctrl-C
     ends it.
@@ -61,6 +61,7 @@ def view(
     """
     import webbrowser
 
+    from clrt.files.meshes.reader import is_mesh
     from clrt.files.particles.suffix import is_particles
     from clrt.viewer import subject
     from clrt.viewer.session import Session
@@ -72,7 +73,10 @@ def view(
 
     samples = rendering.samples
     words = rendering.words()
-    if "format" in reading or is_particles(Path(scene)):
+    if not reading and is_mesh(Path(scene)):
+        with called(PARTICLE_KEYS):
+            looked_at = subject.of_mesh(Path(scene), drawn, words)
+    elif "format" in reading or is_particles(Path(scene)):
         with called(PARTICLE_KEYS):
             looked_at = subject.of_file(Path(scene), drawn, words, reading)
     else:

@@ -219,13 +219,21 @@ def mesh_scene(look: Look) -> Scene:
     Raises:
         RequestError: as scene().
     """
+    return scene_of(no_particles(look), look, [], None)
+
+
+def no_particles(look: Look) -> Representation:
+    """What a mesh alone stands beside.
+
+    Raises:
+        RequestError: the look has something of particles.
+    """
     usual = Look()
     for key in set(COLORING) - {"cmap", "clim"}:
         given = getattr(look, key)
         if isinstance(given, np.ndarray) or given not in (None, getattr(usual, key)):
             raise SceneError(f"{key}: expected particles, of a mesh alone there are none")
-    made = nothing(look.style, look.cmap, look.label)
-    return scene_of(made, look, [], None)
+    return nothing(look.style, look.cmap, look.label)
 
 
 def drawn(

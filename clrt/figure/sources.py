@@ -28,15 +28,24 @@ def look(**given: Any) -> Look:
     return Look(**{key: value for key, value in given.items() if value is not None})
 
 
+def mesh_look(path: Path, **given: Any) -> Look:
+    """How a file of a mesh alone is drawn, for compose.mesh_scene().
+
+    Raises:
+        RequestError: as look(), or another mesh was given.
+    """
+    if given.get("mesh") is not None:
+        raise RequestError(f"mesh: expected a file of particles, {path} is a mesh")
+    return look(**{**given, "mesh": path})
+
+
 def of_mesh(path: Path, **given: Any) -> Scene:
     """The scene that shows a mesh alone.
 
     Raises:
-        RequestError: as look(), or something was given that is of particles.
+        RequestError: as mesh_look(), or something was given that is of particles.
     """
-    if given.get("mesh") is not None:
-        raise RequestError(f"mesh: expected a file of particles, {path} is a mesh")
-    return compose.mesh_scene(look(**{**given, "mesh": path}))
+    return compose.mesh_scene(mesh_look(path, **given))
 
 
 def of_file(path: Path, frame: int, look: Look, **reading: Any) -> Scene:

@@ -17,11 +17,13 @@ from clrt.files import image, numbered
 from clrt.files.particles.suffix import is_particles
 from clrt.files.scenefile import load_scene
 from clrt.motion.animation import Frames, Way
+from clrt.motion.surfaces import Surfaces, are_meshes
 from clrt.motion.trajectory import Flow
 from clrt.opencl.device import target
 from clrt.renderer.pack.structs import Precision
+from clrt.scene.mesh import Mesh
+from clrt.scene.rows import Rows
 from clrt.scene.scene import Scene
-from clrt.scene.spheres import Spheres
 
 
 def render_frame(
@@ -100,8 +102,11 @@ def fingerprint(scene: Scene) -> str:
 
     def plain(value: Any) -> Any:
         """Values of the types that msgspec does not know, in plain ones."""
-        if isinstance(value, Spheres):
-            return value.names, value.center, value.radius, value.material_index, value.color
+        if isinstance(value, Rows):
+            return [value.names, value.material_index, *(getattr(value, a) for a in value.ARRAYS)]
+        if isinstance(value, Mesh):
+            arrays = value.vertices, value.faces, value.normals, value.colors
+            return value.material, value.shading, value.has_vertex_colors, arrays
         return value.dtype.str, value.shape, value.tobytes()
 
     return hashlib.sha256(msgspec.json.encode(scene, enc_hook=plain)).hexdigest()[:16]
@@ -115,6 +120,9 @@ def _opened(source: Scene | str | Path, **look: Any) -> tuple[Frames, str]:
     with suppress(OSError):  # it is a built-in scene, or an error
         file = os.stat(source)
         state = file.st_dev, file.st_ino, file.st_mtime_ns
+    if are_meshes([str(source)]):
+        way = Surfaces([str(source)], **look)
+        return way, fingerprint(way.said)
     if is_particles(Path(source)):
         return _flow(Path(source), Look(**look), state)
     del look["size"]

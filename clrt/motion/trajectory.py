@@ -29,6 +29,17 @@ LOOKED_AT = 10
 NONE = Spheres(np.zeros((0, 3)), 1.0, "")
 
 
+def looked_at(frames: range, clim: Any) -> Sequence[int]:
+    """The frames beside the first that say what colours mean.
+
+    clim: "first": none; "all"; else LOOKED_AT with the first and the last, as far as there are.
+    """
+    if clim in ("first", "all"):
+        return frames[1:] if clim == "all" else ()
+    last = len(frames) - 1
+    return sorted({round(k * last / (LOOKED_AT - 1)) for k in range(LOOKED_AT)} - {0})
+
+
 class Flow:
     """The frames of a file of particles, all of them seen as the first one: by its camera, which
     holds its particles and, unless only some are selected, its box. Colours mean the same in all:
@@ -138,15 +149,12 @@ class Flow:
 
     def _looked_at(self, reader: Reader, first: Representation) -> Iterator[Representation]:
         """The frames beside the first that say what colours mean."""
-        clim, last = self.look.clim, len(self.frames) - 1
-        if first.source.by not in ("column", "element", "type", "text") or clim == "first":
+        clim = self.look.clim
+        if first.source.by not in ("column", "element", "type", "text"):
             return
         if first.source.by == "column" and isinstance(clim, tuple):
             return
-        numbers: Iterable[int] = self.frames[1:]
-        if clim != "all":
-            numbers = sorted({round(k * last / (LOOKED_AT - 1)) for k in range(LOOKED_AT)} - {0})
-        for frame in numbers:
+        for frame in looked_at(self.frames, clim):
             alone = Meaning(spare=first.meaning.spare)
             with suppress(ClrtError):  # it is told when the frame is rendered
                 made = self._drawn(self._particles(reader, frame), alone)

@@ -161,6 +161,31 @@ def of_file(
     )
 
 
+def of_mesh(path: Path, drawn: dict[str, Any], words: Sequence[str] = ()) -> Subject:
+    """A file of a mesh alone.
+
+    Args:
+        as of of_file().
+
+    Raises:
+        RequestError: it cannot be read, or something was given that is of particles.
+    """
+    look = sources.mesh_look(path, **drawn)
+    made = compose.no_particles(look)
+    scene = compose.scene_of(made, look, [], None)
+
+    def framed(scene: Scene, size: orbit.Size, view: str | None) -> Camera:
+        return compose.seen_in(made, look, [], None, scene.film, size, view)
+
+    return Subject(
+        (str(path), *words, *_options(drawn)),
+        lambda frame: scene,
+        is_noted=False,
+        seen_by=styles.seen_by,
+        framed=framed,
+    )
+
+
 def of_particles(particles: Particles, drawn: Mapping[str, Any] = MappingProxyType({})) -> Subject:
     """Particles that are no file.
 
