@@ -49,7 +49,7 @@ def with_plane(scene: Scene, radius: float) -> Scene:
 @click.pass_obj
 def command(quick: bool) -> None:
     """Times each precision and compares its picture with both truths, pixel by pixel."""
-    width, height, turns = (480, 270, 1) if quick else (3840, 2160, 3)
+    width, height, turns = (480, 270, 1) if quick else (1920, 1080, 3)
     base = clrt.load_scene("four-spheres")
     scenes = {
         "four-spheres": base,

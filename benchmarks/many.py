@@ -117,7 +117,7 @@ def scene_of(spheres: Array, depth: int) -> Scene:
 @click.pass_obj
 def command(quick: bool, embree: Path | None) -> None:
     """Times the tree for 10 to 10^7 spheres, beside the list where that is bearable."""
-    size, turns = ((480, 270), 1) if quick else ((1920, 1080), 3)
+    size, turns = ((480, 270), 1) if quick else ((1920, 1080), 2)
     counts = [100, 1000] if quick else [10**k for k in range(1, 8)]
     figures: list[dict[str, Any]] = []
     for kind, make, depth in KINDS:

@@ -215,7 +215,7 @@ def ratio(mine: Sequence[float], its: Sequence[float]) -> float:
 
 def effects(renderer: Renderer, size: Size, quick: bool) -> list[Figures]:
     """Of four-spheres with each of SCENES: times of the picture, errors of a part of it."""
-    turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (2, TRUTH, EFFECTS)
+    turns, count, counts = (1, 64, EFFECTS[:2]) if quick else (1, TRUTH, EFFECTS)
     names = ("hard shadow", SAMPLED) if quick else tuple(SCENES)
     scenes = {(name, n): replace(SCENES[name], samples=n) for name in names for n in counts}
     kernels: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}

@@ -25,7 +25,7 @@ TARGETS = (
     ("SSE4.2", "sse41", "nehalem"),
 )
 LANES = (16, 8)
-SCENES = ("first-result", "four-spheres", "sunflower")
+SCENES = ("four-spheres", "sunflower")
 PRECISIONS: tuple[Precision, ...] = ("robust", "double")
 LIBRARY = "kernel-x86_64-unknown-linux-gnu-{}.bc"
 
@@ -33,7 +33,7 @@ LIBRARY = "kernel-x86_64-unknown-linux-gnu-{}.bc"
 @click.command("targets")
 @click.pass_obj
 def command(quick: bool) -> None:
-    """Times AVX-512, AVX2 and SSE4.2 code on four scenes, each with 16 and 8 lanes.
+    """Times AVX-512, AVX2 and SSE4.2 code on three scenes, each with 16 and 8 lanes.
 
     Needs a CPU with AVX-512, and leave to mount (unshare): PoCL takes its library by CPUID, so
     another one is mounted in its place.
