@@ -14,6 +14,7 @@ from benchmarks import (
     features,
     harness,
     many,
+    newcomer,
     peers,
     readme,
     samples,
@@ -44,6 +45,7 @@ main.add_command(accuracy.command)
 main.add_command(animation.command)
 main.add_command(features.command)
 main.add_command(many.command)
+main.add_command(newcomer.command)
 main.add_command(peers.command)
 main.add_command(readme.command)
 main.add_command(samples.command)
