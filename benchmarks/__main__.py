@@ -16,6 +16,7 @@ from benchmarks import (
     many,
     newcomer,
     peers,
+    pictures,
     readme,
     samples,
     scale,
@@ -47,6 +48,7 @@ main.add_command(features.command)
 main.add_command(many.command)
 main.add_command(newcomer.command)
 main.add_command(peers.command)
+main.add_command(pictures.command)
 main.add_command(readme.command)
 main.add_command(samples.command)
 main.add_command(scale.command)

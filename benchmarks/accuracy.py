@@ -136,11 +136,11 @@ def plot(points: list[dict[str, Any]], path: Any) -> None:
             axes.annotate(
                 f" {point['precision']}, {lanes} lane{'s' * (lanes > 1)}",
                 (1e3 * point["median"], point["exact"]["rmse"]),
-                fontsize=8,
+                fontsize=11,
             )
     for scene, mark in marks.items():
         axes.scatter([], [], marker=mark, color="gray", label=scene)
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=11)
     axes.set(
         xscale="log",
         yscale="log",

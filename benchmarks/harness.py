@@ -114,6 +114,7 @@ def figure(columns: int = 1) -> tuple[Any, Any]:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
+    pyplot.rcParams["font.size"] = 13
     drawn, axes = pyplot.subplots(1, columns, figsize=(8 + columns, 5), layout="constrained")
     for axis in drawn.axes:
         axis.grid(alpha=0.3)

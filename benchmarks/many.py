@@ -321,6 +321,6 @@ def plot(figures: list[dict[str, Any]], path: Path) -> None:
                 label = {"trace": "clrt", "list": "clrt's list", "embree": "Embree"}[what]
                 axes.loglog(x, y, style, label=f"{label}, {kind}, depth {depth}")
     axes.set(xlabel="spheres", ylabel="ms for a picture of 1920x1080; lower is better")
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=10)
     drawn.savefig(path, dpi=110)
     print(f"{path}: written")

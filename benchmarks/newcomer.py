@@ -25,8 +25,9 @@ SAID = ("what", "the command", "s")
 
 def steps(readme: str) -> Iterator[tuple[str, str, dict[str, str]]]:
     """What each of README.md's steps is for, its command, and the files that it asks for."""
-    install = blocks(readme, "sh")[0]
-    yield "install, and the first picture", install, {}
+    install, _, picture = blocks(readme, "sh")[0].rpartition(" && ")
+    yield "install", install, {}
+    yield "the first picture", picture, {}
     shown = [line for line in blocks(readme, "")[0].splitlines() if line.startswith("clrt ")]
     commands = [re.split(r"\s{2,}", line)[0] for line in shown]
     for what, word in (("a figure from a .pdb", "render"), ("a view in a browser", "view"),

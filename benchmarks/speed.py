@@ -214,7 +214,7 @@ def plot(figures: dict[str, Any], path: Path) -> None:
     for axis, key in zip(axes, ("pixels", "depth", "spheres"), strict=True):
         x = list(figures[key])
         axis.plot(range(len(x)), [1e3 * s for s in figures[key].values()], "o-")
-        axis.set_xticks(range(len(x)), map(str, x), rotation=40, fontsize=8)
+        axis.set_xticks(range(len(x)), map(str, x), rotation=40, fontsize=11)
         axis.set(title=key, yscale="linear" if key == "depth" else "log")
         if key == "depth":
             axis.set_ylim(bottom=0)

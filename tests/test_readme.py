@@ -4,7 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
-from benchmarks import harness, readme
+from benchmarks import harness, newcomer, pictures, readme
 
 
 def test_no_table_is_stale() -> None:
@@ -35,3 +35,22 @@ def test_changed_figures_make_a_table_stale(tmp_path: Path) -> None:
 def test_numbers() -> None:
     assert readme.number(1413.06) == "1,413"
     assert readme.number(0.02436) == "0.0244"
+
+
+def test_every_picture_has_what_makes_it() -> None:
+    """Else: a line in benchmarks/pictures.py, or a recipe in docs/gallery.md."""
+    made = {path for path in pictures.shown() if not path.startswith(pictures.PLOTS)}
+    assert {path for path in made if "/gallery/" not in path} == made & set(pictures.COMMANDS)
+
+
+def test_the_readme_gives_each_step_of_a_newcomer() -> None:
+    steps = list(newcomer.steps((readme.ROOT / "README.md").read_text()))
+    assert [words.split()[:2] for _, words, _ in steps] == [
+        ["python3", "-m"],
+        [".venv/bin/clrt", "render"],
+        ["clrt", "render"],
+        ["clrt", "view"],
+        ["clrt", "animate"],
+        ["python", "points.py"],
+        ["clrt", "render"],
+    ]
