@@ -472,6 +472,7 @@ def test_looks(show: Callable[..., Page], gas: Path) -> None:
         ("cmap", "turbo", ["--cmap", "turbo"]),
         ("clim", "1 5", ["--clim", "1.0", "5.0"]),
         ("select", "x > 2", ["--select", "x > 2"]),
+        ("opacity", "0.2 + 0.1 * (z > 2)", ["--opacity", "0.2 + 0.1 * (z > 2)"]),
     ):
         before = on_canvas(page)
         page.value(f"{FIELD}({json.dumps([name, value])})")
@@ -483,6 +484,9 @@ def test_looks(show: Callable[..., Page], gas: Path) -> None:
     said = page.wait("document.querySelector('[name=wrong]').value")
     assert "select: " in said
     assert "x > 2" in command(page)
+    page.value(f"{FIELD}(['opacity', '2'])")
+    said = page.wait("document.querySelector('[name=wrong]').value")
+    assert "opacity: " in said
     page.value(f"{FIELD}(['select', ''])")
     assert "--select" not in command(page)
     assert page.value("document.querySelector('[name=wrong]').value") == ""

@@ -79,7 +79,7 @@ class View(Message):
 class Look(Message):
     """Another look of particles, as an option says it."""
 
-    key: Literal["style", "color", "cmap", "clim", "select"]
+    key: Literal["style", "color", "cmap", "clim", "select", "opacity"]
     value: Annotated[str, Meta(max_length=500)]
 
 

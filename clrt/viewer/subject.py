@@ -226,6 +226,7 @@ def _said(look: Look) -> dict[str, str]:
         "cmap": look.cmap,
         "clim": " ".join(f"{one:g}" for one in clim),
         "select": look.select or "",
+        "opacity": "" if look.opacity is None else str(look.opacity),
     }
 
 

@@ -26,6 +26,7 @@ const MARKUP = `
         <label>Colours <select name="cmap"></select></label>
         <label>Range <input name="clim" placeholder="low high"></label>
         <label>Select <input name="select" placeholder="x > 0" spellcheck="false"></label>
+        <label>Opacity <input name="opacity" placeholder="0 to 1" spellcheck="false"></label>
         <output name="wrong" role="alert"></output>
         <datalist id="clrt-columns"></datalist>
       </div>
@@ -342,7 +343,7 @@ export function view(root, send, pause = 0) {
     change({ do: "project", projection: straight ? "perspective" : "orthographic" });
   };
   form.samples.onchange = () => change({ do: "sample", samples: Number(form.samples.value) });
-  for (const key of ["style", "color", "cmap", "clim", "select"]) {
+  for (const key of ["style", "color", "cmap", "clim", "select", "opacity"]) {
     form[key].onchange = () => {
       form.wrong.value = "";
       change({ do: "look", key, value: form[key].value });

@@ -31,11 +31,14 @@ function render({ model, el }) {
   model.on("msg:custom", take);
   for (const end of GONE) model.on(end, leave);
   model.send({ view: name, message: null }); // it is there
-  return () => {
+  const close = () => {
+    removeEventListener("pagehide", close); // as when the tab is reloaded
     model.off("msg:custom", take);
     for (const end of GONE) model.off(end, leave);
     model.send({ view: name, message: false }); // it is gone
   };
+  addEventListener("pagehide", close);
+  return close;
 }
 
 export default { render };
