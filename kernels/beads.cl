@@ -117,7 +117,7 @@ static Surface surface_of_beads(Vector point, ints hit, __global const Bead *bea
             EACH_INT(orders)[i] = glass[sphere[i]].order;
         }
         if (GLOSS) EACH_REAL(spreads)[i] = its->spread;
-        for (int a = 0; INDIRECT && a < 3; a++)
+        for (int a = 0; (INDIRECT || FILM_GUIDES) && a < 3; a++)
             EACH_REAL(diffuses)[a * LANES + i] = its->diffuse[a];
     }
     *material = indices[0];

@@ -11,6 +11,7 @@
 //   LITERAL        Rays meet spheres by the paper's formula as it stands, each tests all of them.
 //   FILM_BYTES     The film has 8 bits a channel, else float32.
 //   FILM_ALPHA     The film has a fourth channel: how much of a pixel shows something.
+//   FILM_GUIDES    The film has what a filter of noise looks at, beside colours with alpha.
 //   FILM_PASSES    The film has what the camera sees first: how far away, its normal and its number.
 //   FILM_PATHS     The film has a hash of what each pixel's path has met.
 //

@@ -1,7 +1,7 @@
 // Film: pixels as they leave the kernel, in rows.
 //
 // Pixels are interleaved float32 RGB; with FILM_ALPHA float32 RGBA; with FILM_BYTES 8-bit RGB; with
-// FILM_PASSES and FILM_PATHS one `channel` each. Floats are linear and not clipped.
+// FILM_GUIDES, FILM_PASSES and FILM_PATHS one `channel` each. Floats are linear and not clipped.
 //
 // For each kind of film there are a `channel`, how many CHANNELS a pixel has, an Exposure, which is a
 // packet's pixels as that film has them, and store_row().
@@ -35,6 +35,15 @@
 #define QUARTER uint4
 #endif
 
+// FILM_GUIDES: what a filter of noise looks at, see denoise.cl. Of what the camera sees first; of several
+// samples the sums or means.
+typedef struct {
+    Vector albedo;  // the part of diffuse light that it sends on, linear RGB
+    Vector normal;
+    reals depth;   // how far away, in the kernel's unit
+    reals square;  // of the brightness of each sample
+} Guide;
+
 // What a packet of camera rays brings.
 typedef struct {
     Vector color;
@@ -43,6 +52,7 @@ typedef struct {
     ints id;      // FILM_PASSES: what the camera sees first, how far away, and its normal
     reals depth;
     Vector normal;
+    Guide guide[ROOM(FILM_GUIDES)];
 } Sample;
 
 #if FILM_PATHS
@@ -93,6 +103,35 @@ static void store_row(Exposure exposure, int row, __global channel *pixels, int 
         pixels[i].depth = depths[i];
         for (int axis = 0; axis < 3; axis++) pixels[i].normal[axis] = normals[axis * LANES + i];
         pixels[i].id = ids[i];
+    }
+}
+
+#elif FILM_GUIDES
+
+// 48 bytes.
+typedef struct {
+    float color[4];  // premultiplied by the alpha that comes last
+    float albedo[3];
+    float normal[3];
+    float depth;
+    float square;
+} channel;
+#define CHANNELS 1
+typedef Sample Exposure;
+
+// A packet's pixels as this film has them.
+static Exposure exposure_of(Sample sample) { return sample; }
+
+// Stores a row of the packet, as many of its pixels as `count`.
+static void store_row(Exposure exposure, int row, __global channel *pixels, int count) {
+    __private const real *colors = EACH_REAL(exposure.color) + row * ROW;
+    __private const real *alphas = EACH_REAL(exposure.alpha) + row * ROW;
+    __private const real *guides = EACH_REAL(exposure.guide[0]) + row * ROW;
+    for (int i = 0; i < ROW && i < count; i++) {
+        __global float *all = pixels[i].color;
+        for (int k = 0; k < 3; k++) all[k] = colors[k * LANES + i];
+        all[3] = alphas[i];
+        for (int k = 0; k < 8; k++) all[4 + k] = guides[k * LANES + i];
     }
 }
 

@@ -21,8 +21,8 @@ typedef struct {
     ints ended;   // the sum of the hashes of those before
 } Splits;
 
-// INDIRECT: the part of diffuse light that surfaces send on, linear RGB.
-static Vector albedo_of(const Scene *scene, Path *path, Place *place) {
+// INDIRECT or FILM_GUIDES: the part of diffuse light that surfaces send on, linear RGB.
+static Vector albedo_of(const Scene *scene, const Path *path, const Place *place) {
     Vector albedo = place->surface.diffuse;
     if (!SPHERE_COLORS) return albedo;
     if (TREE) return times(albedo, own_colors(scene, path, place));

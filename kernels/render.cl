@@ -37,8 +37,11 @@ static void gather_tile(const Scene *scene, Tile *tile, int samples, __global co
         for (int block = 0; block < BLOCKS; block++) {
             if (!is_wanted(tile, block)) continue;
             Sample sample = sample_of_tile(scene, tile, block), *mean = means + block;
-            Sum sum = with((Sum){mean->color, mean->alpha}, sample, all);
+            Sum sum = {mean->color, mean->alpha};
+            if (FILM_GUIDES) sum.guide[0] = mean->guide[0];
+            sum = with(sum, sample, all);
             *mean = (Sample){sum.color, sum.alpha, mean->path * 16777619 + sample.path};
+            if (FILM_GUIDES) mean->guide[0] = sum.guide[0];
         }
     }
     for (int block = 0; block < BLOCKS; block++) {
@@ -46,6 +49,7 @@ static void gather_tile(const Scene *scene, Tile *tile, int samples, __global co
         Vector sum = mean->color;
         mean->color = vector(sum.x / samples, sum.y / samples, sum.z / samples);
         mean->alpha /= samples;
+        if (FILM_GUIDES) mean->guide[0] = more_of((Guide){{0}}, mean->guide[0], 1 / (reals)samples);
     }
 }
 

@@ -66,18 +66,28 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
 typedef struct {
     Vector color;
     reals alpha;
+    Guide guide[ROOM(FILM_GUIDES)];
 } Sum;
+
+// FILM_GUIDES: one plus part of another.
+static Guide more_of(Guide a, Guide b, reals part) {
+    Guide sum = {along(a.albedo, part, b.albedo), along(a.normal, part, b.normal),
+                 a.depth + part * b.depth, a.square + part * b.square};
+    return sum;
+}
 
 // GATHER or REFINE: adds a sample in the lanes that are on.
 static Sum with(Sum sum, Sample sample, ints on) {
     sum.color = plus(sum.color, pick3(on, sample.color, vector(0, 0, 0)));
     sum.alpha += PICK(on, sample.alpha, 0);
+    if (FILM_GUIDES) sum.guide[0] = more_of(sum.guide[0], sample.guide[0], PICK(on, REAL(1.0), 0));
     return sum;
 }
 
 // GATHER or REFINE: the sum of two sums.
 static Sum sum_of(Sum a, Sum b) {
     Sum sum = {plus(a.color, b.color), a.alpha + b.alpha};
+    if (FILM_GUIDES) sum.guide[0] = more_of(a.guide[0], b.guide[0], 1);
     return sum;
 }
 
@@ -108,6 +118,7 @@ static Sample gathered(const Scene *scene, int column, int row, int samples,
     // Not times 1 / count: of what is 1 everywhere the mean is 1, to the bit.
     Sample mean = {vector(sum.color.x / count, sum.color.y / count, sum.color.z / count),
                    sum.alpha / count, path};
+    if (FILM_GUIDES) mean.guide[0] = more_of((Guide){{0}}, sum.guide[0], 1 / count);
     return mean;
 }
 

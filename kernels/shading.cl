@@ -39,7 +39,7 @@ typedef struct {
     reals transmission, ior, fresnel;  // NEST
     ints order;                        // NEST: as in Glass
     reals spread;                      // GLOSS
-    Vector diffuse;                    // INDIRECT
+    Vector diffuse;                    // INDIRECT or FILM_GUIDES
 } Surface;
 
 // The surface of a sphere of the list at the points of all lanes. glass: NEST, the sphere's.
@@ -58,7 +58,7 @@ static Surface surface_at(Vector point, __global const Sphere *sphere,
         surface.order = glass->order;
     }
     if (GLOSS) surface.spread = material->spread;
-    if (INDIRECT) surface.diffuse = splat(material->diffuse);
+    if (INDIRECT || FILM_GUIDES) surface.diffuse = splat(material->diffuse);
     return surface;
 }
 

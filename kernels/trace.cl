@@ -12,6 +12,18 @@ static Sample passes_of(const Scene *scene, const Path *path, Vector normal) {
     return sample;
 }
 
+// FILM_GUIDES: what a filter looks at where paths have arrived first. before: 0, or that of lanes that have
+// arrived before.
+static Guide guide_of(const Scene *scene, const Path *path, const Place *place, Vector normal,
+                      Guide before) {
+    ints first = (path->hit.id >= 0) & (before.depth == 0);
+    Vector from_eye = minus(path->point, splat(scene->camera->eye));
+    Guide guide = {pick3(first, albedo_of(scene, path, place), before.albedo),
+                   pick3(first, normal, before.normal),
+                   PICK(first, dot3(from_eye, path->ray.direction), before.depth), 0};
+    return guide;
+}
+
 // Traces the paths through a packet of pixels to their ends: their colours, and whether they show something.
 // known: TILES: what they meet first; else 0.
 static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known) {
@@ -20,6 +32,7 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
     Aside aside[MAX_ASIDE];
     Splits splits = {0, path.weight > 0, 0};
     Vector first_normal = vector(0, 0, 0);
+    Guide guide = {{0}};
     for (path.depth = 1; splits.count > 0 || ANY(path.hit.id >= 0); path.depth++) {
         Through through;
         if (OPACITY) {
@@ -31,6 +44,8 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
         first_normal = place.surface.normal;
         if (SMOOTH) first_normal = place.normal;
         if (FILM_PASSES) break;
+        if (FILM_GUIDES && path.depth == 1)
+            guide = guide_of(scene, &path, &place, first_normal, guide);
         add_lights(scene, &path, &place);
         ints alive;
         if (OPACITY && ANY(through.goes)) {
@@ -49,5 +64,10 @@ static Sample traced(const Scene *scene, Pixels at, Draw draw, const Hit *known)
     if (FILM_PASSES) return passes_of(scene, &path, first_normal);
     if (SPLIT) path.hash = splits.ended + PICK_INT(splits.traced, path.hash, 0);
     Sample sample = {path.color, alpha, path.hash};
+    if (FILM_GUIDES) {
+        reals bright = path.color.x + path.color.y + path.color.z;
+        guide.square = bright * bright;
+        sample.guide[0] = guide;
+    }
     return sample;
 }

@@ -277,28 +277,6 @@ def test_the_order() -> None:
     assert curved.tolist() == [np.rint(255 * color.to_srgb(np.array(0.25)))] * 3
 
 
-def test_noise_is_shared_on_one_sphere_only() -> None:
-    """Against the mean with Gaussian weights over the pixels of the same sphere, written out."""
-    random = np.random.default_rng(3)
-    picture = random.random((9, 11, 4), np.float32)
-    sphere = np.zeros((9, 11), np.int32)
-    assert np.allclose(develop.denoised(0 * picture + 0.5, sphere, 4), 0.5, atol=1e-6)
-    weight = np.exp(-2 * (np.arange(-2, 3) / 2) ** 2)
-    around = picture[2:7, 3:8]
-    mean = np.einsum("i,j,ijk->k", weight, weight, around) / weight.sum() ** 2
-    assert np.allclose(develop.denoised(picture, sphere, 2)[4, 5], mean, atol=1e-6)
-    sphere[:, 5:] = 7
-    left = develop.denoised(picture, sphere, 2)[:, :5]
-    picture[:, 5:] = 99
-    assert np.array_equal(develop.denoised(picture, sphere, 2)[:, :5], left)
-
-
-@pytest.mark.parametrize(("samples", "reach"), [(1, 3), (2, 2), (3, 2), (4, 1), (15, 1), (16, 0)])
-def test_more_samples_share_less(samples: int, reach: int) -> None:
-    assert develop.blur(Film(denoise=True), samples) == reach
-    assert develop.blur(Film(), samples) == 0
-
-
 def test_an_edge_has_the_depth_of_what_it_shows() -> None:
     depth = np.full((3, 4), np.inf)
     depth[1, 0] = 2

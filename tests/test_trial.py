@@ -53,6 +53,7 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
             and some - {"orthographic", "long_lens", "tree", "capsules", "faces", "smooth", "nest"}
         )
         or (film == "paths" and SAMPLED & some)
+        or (film == "guides" and not is_random)
         # Where there is one, the film has alpha.
         or (film in ("float", "bytes") and "background" in some)
         # All pixels of few samples and then the edges, or all of many.

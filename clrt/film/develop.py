@@ -1,11 +1,12 @@
 """Develop: the steps of a picture after it was traced, always in this order:
 
-    denoise -> depth cue -> outline -> cells, labels, colour bar, words -> background -> clip ->
+    depth cue -> outline -> cells, labels, colour bar, words -> background -> clip ->
     transfer -> bytes
 
 The scene's `film` says which steps there are. Each is a function of arrays, and works on pixels
 (..., 4): linear red, green and blue, premultiplied by the alpha that comes last. The kernel has
-added the background that mirrored rays see; the background that the camera sees is added here.
+added the background that mirrored rays see; the background that the camera sees is added here. If
+noise is filtered (kernels/denoise.cl), it is before all of these.
 """
 
 import functools
@@ -54,15 +55,6 @@ def line_width(film: Film, samples: int = 1) -> float:
     """Of an outline. At one sample a pixel a line that is there has a pixel at least."""
     least = 1.0 if samples == 1 else 0.0
     return max(film.outline, least) if film.outline > 0 else 0.0
-
-
-def blur(film: Film, samples: int) -> int:
-    """How far around a pixel its neighbours share their noise, pixels: the reach of least error in
-    four-spheres with occlusion and a round light. From 16 samples on it would spoil more than it
-    mends."""
-    if not film.denoise or samples >= 16:
-        return 0
-    return 1 if samples >= 4 else 2 if samples > 1 else 3
 
 
 def halo(film: Film, samples: int = 1) -> int:
@@ -142,25 +134,6 @@ def develop(
         if out.dtype.kind == "u":
             picture = integers(picture, out.dtype, film.transfer)
         out[some] = picture
-
-
-def denoised(picture: Array, sphere: Array, reach: int) -> Array:
-    """Each pixel's mean with those neighbours that show the same sphere, as far as `reach`, the
-    nearer the more: first along rows, then along columns.
-
-    sphere: (height, width), the index of the one that is seen in a pixel's middle, -1 for none.
-    """
-    for axis in (0, 1):
-        total, share = np.zeros_like(picture), np.zeros(sphere.shape, np.float32)
-        for step in range(-reach, reach + 1):
-            size = sphere.shape[axis]
-            here = (slice(None),) * axis + (slice(max(-step, 0), size - max(step, 0)),)
-            there = (slice(None),) * axis + (slice(max(step, 0), size - max(-step, 0)),)
-            alike = (sphere[here] == sphere[there]) * np.float32(np.exp(-2 * (step / reach) ** 2))
-            total[here] += alike[..., np.newaxis] * picture[there]
-            share[here] += alike
-        picture = total / share[..., np.newaxis]
-    return picture
 
 
 def up_to_edges(depth: Array) -> Array:

@@ -49,6 +49,7 @@ KERNELS = (
     "trace",
     "samples",
     "render",
+    "denoise",
 )
 
 LAUNCHES = 3  # to be counted up where a kernel gets another size of work-group: binaries hold one

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from clrt import memory
 from clrt.errors import SceneWarning
 from clrt.opencl import bands, edges
+from clrt.opencl.denoise import denoise
 from clrt.opencl.tree import Tree
 from clrt.renderer import glass
 from clrt.renderer.pack.arguments import arguments_of, sampling
@@ -202,6 +203,24 @@ class Dispatcher:
         for i, row in enumerate(cut):
             flat[i * length : (i + 1) * length] = row.reshape(-1)
         return flat[: len(cut) * length].reshape(wanted), seconds
+
+    def denoised(
+        self,
+        program: Program,
+        scene: Scene,
+        arguments: dict[str, Any],
+        guides: Array,
+        progress: Callable[[int], object] | None = None,
+    ) -> tuple[Array, float]:
+        """A film (rows, columns, 4) with less noise than one of the kind "guides" has, and how long
+        the kernel ran, in seconds."""
+        features, kernels = program
+        out = self.blank((*guides.shape, 4), np.dtype(np.float32), "denoised")
+        seconds = denoise(
+            guides, out, features.lanes, self._queue, kernels["denoise"], scene.samples,
+            arguments["camera"], progress,
+        )  # fmt: skip
+        return out, seconds
 
 
 def quiet(progress: Callable[[int], object] | None) -> Callable[[int], object] | None:

@@ -15,6 +15,7 @@ from clrt.errors import DeviceError, DeviceWarning, LinkError, RequestError
 from clrt.film import develop
 from clrt.film.decor import decorations
 from clrt.opencl import pocl, program
+from clrt.opencl.denoise import FAR
 from clrt.opencl.device import check_process, find_device, label
 from clrt.renderer.checks import Passes, Region, check_passes, check_region, check_size, film_dtype
 from clrt.renderer.dispatch import Dispatcher, Program, quiet
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 Array: TypeAlias = NDArray[Any]
+ENOUGH = 64
+"""Samples of a pixel from which on a filter of noise spoils more than it mends, in some pictures
+(benchmarks/NOTES.md)."""
 PATIENCE = 1  # seconds after which a person wonders
 
 
@@ -146,7 +150,7 @@ class Engine:
         kinds = exposures(scene, dtype, alpha, names)
         programs = self._programs_of(scene, kinds)
         own = programs[kinds[0]]
-        if "alpha" in programs:
+        if kinds[0] in ("alpha", "guides"):
             decorations.drawings(scene, size, None)  # what is wrong there is said before the work
         arguments = self._dispatcher.arguments(scene, width, height, own[0], self.kernel_seconds)
         seconds, found, seen = 0.0, {}, None
@@ -160,9 +164,8 @@ class Engine:
             inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
             return (x0, y0, min(right + pixels, width), min(bottom + pixels, height)), inside
 
-        reach = noise(scene)
         if "passes" in programs:
-            around, inside = grown(max(develop.halo(scene.film, scene.samples), reach))
+            around, inside = grown(develop.halo(scene.film, scene.samples))
             looks, seconds = expose(
                 programs["passes"], around, use="passes", progress=quiet(progress)
             )
@@ -170,16 +173,16 @@ class Engine:
             found = {name: looks[inside][name].copy() for name in names or ()}
             radius = self._dispatcher.world(scene).radii
             seen = develop.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
-        if "alpha" in programs and (reach or develop.has_steps(scene.film, dtype, alpha)):
-            around, inside = grown(reach)
+        if "guides" in programs or (
+            "alpha" in programs and develop.has_steps(scene.film, dtype, alpha)
+        ):
+            around, inside = grown(FAR if "guides" in programs else 0)
             exposed, more = expose(own, around, use="exposed", progress=progress)
-            if seen is not None and reach:
-                x, y = (
-                    seen.picture[1].start - inside[1].start,
-                    seen.picture[0].start - inside[0].start,
+            if "guides" in programs:
+                exposed, filtering = self._dispatcher.denoised(
+                    own[0], scene, arguments, exposed[..., 0], quiet(progress)
                 )
-                near = seen.sphere[y : y + len(exposed), x : x + exposed.shape[1]]
-                exposed = develop.denoised(exposed, near, reach)[inside]
+                exposed, more = exposed[inside], more + filtering
             image = self._dispatcher.blank(shape, dtype) if out is None else out
             marks = decorations.marks(scene, size, box, alpha, seen)
             develop.develop(exposed, scene.film, image, seen, marks)
@@ -297,13 +300,10 @@ def exposures(
     scene: Scene, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
 ) -> list[FilmKind]:
     """The films that kernels must make for a picture, its own first."""
-    look, reach = scene.film, noise(scene)
-    plain: FilmKind = "float" if dtype == np.float32 else "bytes"
-    own: FilmKind = "alpha" if alpha or reach or develop.has_steps(look, dtype, alpha) else plain
-    return [own, "passes"] if passes or reach or develop.needs_passes(look) else [own]
-
-
-def noise(scene: Scene) -> int:
-    """How far pixels share their noise, see film.blur(): there is none where nothing is drawn at
-    random."""
-    return develop.blur(scene.film, scene.samples) if scene.is_random else 0
+    look = scene.film
+    own: FilmKind = "float" if dtype == np.float32 else "bytes"
+    if scene.film.denoise and scene.is_random and scene.samples < ENOUGH:
+        own = "guides"
+    elif alpha or develop.has_steps(look, dtype, alpha):
+        own = "alpha"
+    return [own, "passes"] if passes or develop.needs_passes(look) else [own]

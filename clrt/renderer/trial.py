@@ -27,6 +27,7 @@ from clrt.scene.mesh import Mesh, Shading
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
 from clrt.truth import tracer
+from clrt.truth.denoise import denoised
 from clrt.values import BLACK
 
 if TYPE_CHECKING:
@@ -68,6 +69,12 @@ def _try_here(device: "cl.Device", source: str, features: Features) -> bytes:
         edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
     else:
         film, _ = dispatcher.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
+    if features.film == "guides":
+        clear, _ = dispatcher.denoised((features, kernels), scene, arguments, film[..., 0])
+        filtered = denoised(film[..., 0], scene.samples, float(arguments["camera"]["step"][0, 0]),
+                            features.orthographic)  # fmt: skip
+        if wrong := int((abs(clear - filtered).max(axis=2) > metrics.QUARTER_STEP).sum()):
+            raise DeviceError(f"its compiler filters {wrong} of {width * height} pixels wrongly")
     if wrong := wrong_pixels(film, scene, features):
         raise DeviceError(f"its compiler is wrong about {wrong} of {width * height} pixels")
     return program.binary(built)
@@ -214,13 +221,15 @@ def wrong_pixels(film: Array, scene: Scene, features: Features) -> int:
     elif features.film == "passes":
         off = _wrong_passes(film[..., 0], trace)
     else:
+        if features.film == "guides":
+            film = film[..., 0]["color"]
         step = 1 / 255 if features.film == "bytes" else 0
         shown = film / np.float64(255) if features.film == "bytes" else film
         true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
         if features.refine or features.gather:
             count = int(sampling(features, scene)["samples"])
             true = tracer.mean(scene, *size, samples.offsets(count))
-        if features.film != "alpha":
+        if features.film not in ("alpha", "guides"):
             true = true[..., :3]
         # A pixel gets no more samples once its mean is known to half of 1/255.
         early = 1 / 510 if features.refine else 0

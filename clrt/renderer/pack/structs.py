@@ -16,12 +16,22 @@ PRECISIONS: dict[Precision, Real] = {
     "literal": np.float32,
     "double": np.float64,
 }
-FilmKind: TypeAlias = Literal["float", "bytes", "alpha", "passes", "paths"]
+FilmKind: TypeAlias = Literal["float", "bytes", "alpha", "guides", "passes", "paths"]
 PASSES = np.dtype([("depth", np.float32), ("normal", np.float32, 3), ("id", np.int32)])
+GUIDES = np.dtype(
+    [
+        ("color", np.float32, 4),
+        ("albedo", np.float32, 3),
+        ("normal", np.float32, 3),
+        ("depth", np.float32),
+        ("square", np.float32),
+    ]
+)
 FILMS: dict[FilmKind, tuple[np.dtype[Any], int]] = {
     "float": (np.dtype(np.float32), 3),
     "bytes": (np.dtype(np.uint8), 3),
     "alpha": (np.dtype(np.float32), 4),
+    "guides": (GUIDES, 1),
     "passes": (PASSES, 1),
     "paths": (np.dtype(np.uint32), 1),
 }
