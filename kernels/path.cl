@@ -93,14 +93,16 @@ static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
     return vector(at.x, at.y, 0);
 }
 
-// Finds what camera rays meet, and where. known: TILES: which spheres those are.
+// Finds what camera rays meet, and where. known: TILES: which spheres and faces
+// those are.
 static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through,
                        const Hit *known) {
     bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
     if (TILES) {
         path->hit = *known;
-        if (CAPSULES || FACES)
-            path->hit = nearer_than_spheres(scene, path->hit, path->ray, (ints)(-1), common);
+        if (CAPSULES)
+            path->hit = nearest_in_tree(&scene->capsules->tree, OF_CAPSULES, path->hit, path->ray,
+                                        (ints)(-1), common);
     } else if (ORTHOGRAPHIC && !TREE) {
         path->hit = visible_along(at, path->ray, scene->spheres, scene->sphere_count);
     } else if (TREE || LITERAL || LONG_LENS || LENS || OPACITY) {

@@ -1,8 +1,4 @@
-// Tile: what the camera rays of SIDE x SIDE pixels meet first, by one beam through the tree.
-//
-// It is a z-buffer inside the tree. A leaf that the beam meets is rasterised, packet by packet, and
-// the farthest hit of all pixels ends the beam. A sphere is tested by the packets' formula. So ids and
-// distances are theirs to the bit: rectangles and depths only pass over tests that would fail.
+// Tile: the camera rays of SIDE x SIDE pixels, what they meet so far, and one beam around all of them.
 
 #define SIDE 32
 #define ACROSS (SIDE / ROW)  // packets of a row of a tile
@@ -56,103 +52,6 @@ static void find_most(Tile *tile) {
     tile->most = JOIN(most, WIDE)(most);
 }
 
-// 16 spheres of a leaf: the packets of the tile in which each can show, and from where on.
-typedef struct {
-    int16 left, right, top, bottom;
-    wides nearest;
-} Rects;
-
-// TILES: from where to where along an axis of the screen spheres can show, in slopes (ORTHOGRAPHIC: in
-// lengths). x: their middles along that axis; den: depth^2 - radius^2, off by 16 x 3 u of itself.
-static void silhouettes(wides x, wides depth, wides radius, wides den, wides *low, wides *high) {
-    if (ORTHOGRAPHIC) {
-        *low = x - radius;
-        *high = x + radius;
-        return;
-    }
-    wides inverse = 1 / den, middle = x * depth, reach = radius * sqrt(x * x + den);
-    wides wider = reach + ((x < 0 ? -middle : middle) + reach) * (64 * UNIT_ROUNDOFF);
-    *low = (middle - wider) * inverse;
-    *high = (middle + wider) * inverse;
-}
-
-// TILES: the packets from the first pixel at or after `low` to the last at or before `high`, of `size`
-// pixels each; whether there is a pixel. known: else it is all of them.
-static wide_ints pixels_between(wides low, wides high, wide_ints known, int size, int16 *first,
-                                int16 *last) {
-    wide_ints in = !known | ((high >= 0) & (low <= SIDE - 1));
-    low = (known & (low > 0)) ? low + REAL(0.999) : (wides)(0);
-    high = (known & (high < SIDE - 1)) ? high : (wides)(SIDE - 1);
-    *first = convert_int16(in ? low : (wides)(0));
-    *last = convert_int16(in ? high : (wides)(0));
-    in &= (wide_ints)(TO_WIDE_INTS(*first) <= TO_WIDE_INTS(*last));
-    *first /= size;
-    *last /= size;
-    return in;
-}
-
-// TILES: where the spheres of a leaf can show in the tile; those that can, as bits.
-//
-// QUADRATIC accepts rays up to 4 u (|o - C| + r) outside a sphere, a centre along the camera's axes is off
-// by up to 8 u |C|, and so is a ray: radii are widened by 32 u (|C| + r). That covers the rounding of a
-// pixel's place as well, which is 4 u of what it is from the middle.
-static uint rects_of(const Scene *scene, const Tile *tile, __global const Leaf *leaf, Rects *to) {
-    __global const Camera *camera = scene->camera;
-    __global const wides *c = (__global const wides *)leaf->center;
-    wides radius = *(__global const wides *)leaf->radius;
-    wides x = c[0] * camera->right[0] + (c[1] * camera->right[1] + c[2] * camera->right[2]);
-    wides y = c[0] * camera->up[0] + (c[1] * camera->up[1] + c[2] * camera->up[2]);
-    wides depth = -(c[0] * camera->back[0] + (c[1] * camera->back[1] + c[2] * camera->back[2]));
-    wides away = sqrt(c[0] * c[0] + (c[1] * c[1] + c[2] * c[2]));
-    wides wider = radius + (away + radius) * (32 * UNIT_ROUNDOFF);
-    // Rays start in the camera, or on a plane.
-    to->nearest = (ORTHOGRAPHIC || LONG_LENS ? depth : away) - wider;
-    if (LONG_LENS) depth += dot_real(camera->eye, camera->back);
-    wides den = depth * depth - wider * wider, left, right, bottom, top;
-    silhouettes(x, depth, wider, den, &left, &right);
-    silhouettes(y, depth, wider, den, &bottom, &top);
-    // Not of one that comes near the camera's plane.
-    wide_ints known = -1;
-    if (!ORTHOGRAPHIC) known = (depth > 0) & (den > depth * depth * REAL(0.0625));
-    real columns = REAL(0.5) / camera->step[0], rows = REAL(0.5) / camera->step[1];
-    real x0 = REAL(0.5) * tile->left, y0 = REAL(0.5) * tile->top;
-    wide_ints in = (radius > 0) & (to->nearest <= tile->most);
-    in &= pixels_between(left * columns - x0, right * columns - x0, known, ROW, &to->left,
-                         &to->right);
-    in &= pixels_between(y0 - top * rows, y0 - bottom * rows, known, ROWS, &to->top, &to->bottom);
-    return wide_bits(in);
-}
-
-// TILES: tests sphere k of a leaf in the packets in which it can show. Returns whether the farthest of
-// all hits may be nearer now.
-static bool draw_sphere(Tile *tile, __global const Leaf *leaf, const Rects *rects, int k) {
-    int left = ((const int *)&rects->left)[k], right = ((const int *)&rects->right)[k];
-    int top = ((const int *)&rects->top)[k], bottom = ((const int *)&rects->bottom)[k];
-    real nearest = ((const real *)&rects->nearest)[k];
-    const real *farthest = (const real *)tile->farthest;
-    bool nearer = false;
-    for (int j = top; j <= bottom; j++)
-        for (int block = j * ACROSS + left; block <= j * ACROSS + right; block++) {
-            if (nearest > farthest[block]) continue;
-            Ray ray = ray_of_tile(tile, block);
-            PACKET_QUADRATIC(ray, leaf, k)
-            ints met = (delta > 0) & (b < 0) & (c > 0);
-            if (!ANY(met)) continue;
-            nearer |= farthest[block] >= tile->most;
-            set_hit(tile, block, closer_of(hit_of_tile(tile, block), met, FIRST_ROOT, leaf->id[k]));
-        }
-    return nearer;
-}
-
-// TILES: tests the spheres of a leaf.
-static void rasterise(const Scene *scene, Tile *tile, __global const Leaf *leaf) {
-    Rects rects;
-    bool nearer = false;
-    for (uint bits = rects_of(scene, tile, leaf, &rects); bits; bits &= bits - 1)
-        nearer |= draw_sphere(tile, leaf, &rects, LOWEST_BIT(bits));
-    if (nearer) find_most(tile);
-}
-
 // The rays through the corners of a tile: where they start, and to where, not of unit length.
 typedef struct {
     real o[4][3], d[4][3];
@@ -202,7 +101,7 @@ static void bound_beam(Beam *beam, int k, const Corners *corners, real slack) {
     beam->high_c[k] = hc + slack * (1 + fabs(hq));
 }
 
-// TILES: makes the beam around the rays of a tile; whether they have an axis in common, and it pays.
+// TILES: makes the beam around the rays of a tile; whether they have an axis in common.
 static bool aim_tile(const Scene *scene, Tile *tile) {
     real largest;
     Corners corners = corners_of(scene, tile, &largest);
@@ -238,7 +137,7 @@ static bool aim_tile(const Scene *scene, Tile *tile) {
         real side = 2 * SIDE * ahead;
         beam->width = 6 * (side * scene->camera->step[0]) * (side * scene->camera->step[1]);
     }
-    return beam->width < WIDE_TILE * scene->tree.shape.wide;
+    return true;
 }
 
 // TILES: the pixels of a packet.
@@ -270,42 +169,4 @@ static void begin_tile(const Scene *scene, Tile *tile) {
         set_hit(tile, block, hit);
     }
     find_most(tile);
-}
-
-// TILES: how far along the beam's axis what is seen may begin.
-static real end_of_tile(const Tile *tile) { return tile->most * tile->forward + tile->begin; }
-
-// TILES: what the tree has before the hits of a tile.
-static void walk_tile(const Scene *scene, Tile *tile) {
-    const Tree *tree = &scene->tree;
-    int stack[STACK], top = 0, e = 0;
-    real starts[STACK], end = end_of_tile(tile);
-    while (e >= 0) {
-        if (e < tree->shape.node_count) {
-            wides begins;
-            uint bits = boxes_in_beam(&tile->beam, tree->nodes + e, end, &begins);
-            if (bits) {
-                e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
-                continue;
-            }
-        } else {
-            rasterise(scene, tile, leaf_of(tree, OF_SPHERES, e));
-            end = end_of_tile(tile);
-        }
-        e = next_of(stack, starts, &top, end);
-    }
-}
-
-// TILES: fills a tile, whose place is there: what its camera rays meet first.
-static void fill_tile(const Scene *scene, Tile *tile) {
-    begin_tile(scene, tile);
-    if (aim_tile(scene, tile)) {
-        walk_tile(scene, tile);
-        return;
-    }
-    bool common = !ORTHOGRAPHIC && !LONG_LENS;
-    for (int block = 0; block < BLOCKS; block++)
-        set_hit(tile, block,
-                nearest_in_tree(&scene->tree, OF_SPHERES, hit_of_tile(tile, block),
-                                ray_of_tile(tile, block), (ints)(-1), common));
 }

@@ -155,8 +155,8 @@ static ints taken_by_all(const Tree *tree, int kind, Ray ray, reals distance, Ve
 #define taken_in_tree taken_by_all
 """
 """All that a tree of spheres has, one after the other: only faces need a beam."""
-BEAM, PACKETS = "if (aim_tile(scene, tile)) {", "if (false) {"
-"""Of tile.cl: camera rays go through the tree packet by packet."""
+BEAM, PACKETS = "bool aimed = aim_tile(scene, tile);", "bool aimed = false;"
+"""Of raster.cl: camera rays go through the tree packet by packet."""
 
 
 @pytest.fixture

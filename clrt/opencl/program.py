@@ -43,6 +43,7 @@ KERNELS = (
     "mesh",
     "path",
     "tile",
+    "raster",
     "light",
     "through",
     "onward",
