@@ -7,7 +7,9 @@ import numpy as np
 import pyopencl as cl
 from numpy.typing import NDArray
 
+import clrt
 from benchmarks import harness
+from clrt.figure.rendering import Renderer
 from clrt.opencl import program
 from clrt.opencl.device import find_device
 from clrt.opencl.tree import Tree, face_leaf_dtype
@@ -17,6 +19,7 @@ from clrt.renderer.pack.structs import PRECISIONS, Precision
 from clrt.scene.mesh import Mesh
 
 Array = NDArray[Any]
+PLAIN_MATERIAL = clrt.Material((0.1, 0.1, 0.1), (0.7, 0.5, 0.2), (0.3, 0.3, 0.3), 128)
 ITEMS = 4096
 STEP = 1 << 22  # rays of a launch
 # By packet and by ray; with fused multiply-add and without; fronts only and both sides.
@@ -173,6 +176,34 @@ def leaks(
     return done, missed.tolist()
 
 
+def tile_leaks(device: cl.Device, rays: int, side: int = 1024, **options: Any) -> tuple[int, int]:
+    """How many camera rays were cast, by tiles, and how many have passed between faces.
+
+    Each picture shows a rough sheet that fills it. One of nine rays is aimed at a corner, six at
+    edges; of each two pictures one has a camera that is turned at random.
+
+    side: columns and rows of a picture.
+    options: of the renderer.
+    """
+    draw = np.random.default_rng(side)
+    renderer, done, missed = Renderer(device=device, **options), 0, 0
+    places = np.arange(-3, side + 5, 3)
+    j, i = (grid.ravel() for grid in np.meshgrid(places, places))
+    at = np.arange(len(places) ** 2).reshape(len(places), -1)
+    a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]))
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    while done < rays:
+        look_at = (0.0, 0.0, -1.0) if done // side**2 % 2 else tuple(draw.normal(size=3))
+        camera = clrt.Camera((0, 0, 0), look_at)
+        last = side - 1
+        across = np.column_stack([(2 * j - last) / last, (last - 2 * i) / last, 0 * i - 1.0])
+        vertices = across * draw.uniform(1, 1.02, (len(at.ravel()), 1)) @ np.array(camera.basis())
+        scene = clrt.Scene(camera, (), {"": PLAIN_MATERIAL}, meshes=(Mesh(vertices, faces),))
+        _, found = renderer.render(scene, side, side, dtype="uint8", passes=("id",))
+        done, missed = done + side**2, missed + int((found["id"] < 0).sum())
+    return done, missed
+
+
 @click.command("meshes")
 @click.pass_obj
 def command(quick: bool) -> None:
@@ -184,6 +215,9 @@ def command(quick: bool) -> None:
         cast, missed = leaks(device, mesh, rays, **way)
         found.append({"way": way, "rays": cast, "missed": missed})
         print(f"{cast:,} rays, {way or 'as on this device'}: {sum(missed):,} passed", flush=True)
+    cast, lost = tile_leaks(device, rays)
+    found.append({"way": "tiles", "rays": cast, "missed": lost})
+    print(f"{cast:,} camera rays by tiles: {lost:,} passed", flush=True)
     harness.record(
         harness.results_folder(quick), "meshes", {"faces": len(mesh.faces), "ways": found}
     )

@@ -7,7 +7,7 @@ from conftest import renderer_for
 from msgspec.structs import replace
 
 import clrt
-from benchmarks.triangles import WAYS, ball, leaks
+from benchmarks.triangles import WAYS, ball, leaks, tile_leaks
 from clrt import reference
 from clrt.film import metrics
 
@@ -29,6 +29,15 @@ def test_no_ray_passes_between_faces(device: cl.Device, way) -> None:
 @pytest.mark.parametrize("way", [{}, {"fma": False}], ids=str)
 def test_of_ten_million_rays_none_passes_between_faces(device: cl.Device, way) -> None:
     assert leaks(device, ball(71), 10_000_000, **way)[1] == [0, 0, 0]
+
+
+def test_no_camera_ray_of_a_tile_passes_between_faces(device: cl.Device) -> None:
+    assert tile_leaks(device, 100_000, 256)[1] == 0
+
+
+@pytest.mark.slow
+def test_of_ten_million_camera_rays_none_passes_between_faces(device: cl.Device) -> None:
+    assert tile_leaks(device, 10_000_000)[1] == 0
 
 
 def test_plain_products_let_rays_pass(device: cl.Device) -> None:
