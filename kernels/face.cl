@@ -20,11 +20,12 @@ typedef struct {
     real reach;         // its largest coordinate; 0: of a closed mesh
 } Face;
 
-// How it looks, see mesh.cl. 20 bytes as float32, 32 as float64.
+// How it looks, see mesh.cl. 24 bytes as float32, 40 as float64.
 typedef struct {
     real normal[3];  // of unit length, towards where its corners are counter-clockwise
     int shading;
-    int token;  // PATHS: what a path's hash has of it
+    int token;   // PATHS: what a path's hash has of it
+    int closed;  // 1: of a closed mesh, so its reach, which is elsewhere in memory, is 0
 } FaceLook;
 
 // 16 triangles. 704 bytes as float32, 1280 as float64. One that is not there has NaN, and id -1.

@@ -30,7 +30,7 @@ static Facing facing_of(const Scene *scene, Ray ray, ints ids) {
         if (face < 0) continue;
         __global const FaceLook *look = scene->faces->looks + face;
         for (int a = 0; a < 3; a++) EACH_REAL(normals)[a * LANES + i] = look->normal[a];
-        EACH_REAL(reaches)[i] = scene->faces->each[face].reach;
+        if (!look->closed) EACH_REAL(reaches)[i] = scene->faces->each[face].reach;
         if (SMOOTH || GOURAUD) EACH_INT(shadings)[i] = look->shading;
         if (PATHS) EACH_INT(tokens)[i] = look->token;
     }

@@ -84,6 +84,7 @@ def looks(meshes: Sequence[Mesh], first: int, real: Real) -> Array:
         some = found[start : start + len(mesh)]
         some["normal"] = mesh.face_normals
         some["shading"] = SHADINGS.index(mesh.shading)
+        some["closed"] = mesh.closed
         start += len(mesh)
     found["token"] = path_tokens(meshes, first).view(np.int32)
     return found

@@ -95,7 +95,8 @@ def sphere_dtype(real: Real) -> np.dtype[Any]:
 
 
 def face_look_dtype(real: Real) -> np.dtype[Any]:
-    return np.dtype([("normal", real, 3), ("shading", np.int32), ("token", np.int32)], align=True)
+    numbers = [(name, np.int32) for name in ("shading", "token", "closed")]
+    return np.dtype([("normal", real, 3), *numbers], align=True)
 
 
 def material_dtype(real: Real) -> np.dtype[Any]:
