@@ -23,6 +23,12 @@ static Beam beam_of(Vector o, Vector d, ints on, real slack, bool common) {
     __private const real *each = EACH_REAL(all);
     int first = LOWEST_BIT(lane_bits(on));
     real x = each[first], y = each[LANES + first], z = each[2 * LANES + first];
+    if (!common) {
+        // They may be far apart: their mean goes forward with more of them than the first one does.
+        x = JOIN(total, LANES)(PICK(on, d.x, 0));
+        y = JOIN(total, LANES)(PICK(on, d.y, 0));
+        z = JOIN(total, LANES)(PICK(on, d.z, 0));
+    }
     beam.m = fabs(x) > fabs(y) ? (fabs(x) > fabs(z) ? 0 : 2) : (fabs(y) > fabs(z) ? 1 : 2);
     beam.sign = (beam.m == 0 ? x : beam.m == 1 ? y : z) > 0 ? 1 : -1;
     beam.a[0] = beam.m == 0 ? 1 : 0;

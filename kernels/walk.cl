@@ -81,12 +81,20 @@ static void nearest_single(const Tree *tree, int kind, const Single *ray, real *
     }
 }
 
-// TREE: what the tree takes of one shadow ray that ends at `limit`, see taken_in_tree().
-static INTEGER taken_single(const Tree *tree, int kind, const Single *ray, real limit, bool near) {
-    INTEGER taken = 0;
+// What a beam that was given up leaves of a tree to its rays: node or leaf e, then those of the stack,
+// the last first.
+typedef struct {
+    int e, top, stack[STACK];
+} Rest;
+
+// TREE: what the rest of the tree takes of one shadow ray that ends at `limit`, beside what is taken. See
+// taken_in_tree().
+static INTEGER taken_single(const Tree *tree, int kind, const Single *ray, real limit, bool near,
+                            const Rest *rest, INTEGER taken) {
     Slabs slabs = slabs_of(ray);
-    int stack[STACK], top = 0;
-    for (int e = 0; e >= 0;) {
+    int stack[STACK], top = rest->top;
+    for (int i = 0; i < top; i++) stack[i] = rest->stack[i];
+    for (int e = rest->e; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
             uint bits = boxes_on_ray(&slabs, tree->nodes + e, 0, limit, &begins);
@@ -152,13 +160,15 @@ static Hit nearest_in_tree(const Tree *tree, int kind, Hit hit, Ray ray, ints on
     return hit;
 }
 
-// TREE: what the tree leaves of shadow rays, as long as a beam pays. end: along the beam, nothing
-// beyond it counts. Returns whether that is all of it.
-static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end, Left *found,
+// TREE: what the tree leaves of shadow rays, as long as a beam pays, and the rest of it. end: along the
+// beam, nothing beyond it counts.
+static Left left_by_beam(const Tree *tree, int kind, const Beam *beam, real end, Rest *rest,
                          Ray ray, reals distance, ints on, bool near) {
-    Left left = *found;
-    if (FACES && kind == OF_FACES && !has_one_shear(beam, ray.direction, on)) return false;
-    int stack[STACK], top = 0, budget = tree->shape.budget, e = 0;
+    Left left = {on, 0};
+    if (FACES && kind == OF_FACES && !has_one_shear(beam, ray.direction, on)) return left;
+    int *stack = rest->stack, top = 0, e = 0;
+    // Rays about a surface are wide apart: what a beam has not found soon, it does not.
+    int budget = near ? tree->shape.budget / 2 : tree->shape.budget;
     real starts[STACK];
     while (e >= 0 && budget > 0) {
         if (e < tree->shape.node_count) {
@@ -178,8 +188,9 @@ static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end,
         }
         e = next_of(stack, starts, &top, INFINITY);
     }
-    *found = left;
-    return e < 0;
+    rest->e = e;
+    rest->top = top;
+    return left;
 }
 
 // TREE: what is in the tree takes of the light of rays that are on, see taken_with(); it comes from
@@ -188,6 +199,8 @@ static bool left_by_beam(const Tree *tree, int kind, const Beam *beam, real end,
 static ints taken_in_tree(const Tree *tree, int kind, Ray ray, reals distance, Vector light,
                           ints on, bool near) {
     Left left = {on, 0};
+    Rest rest;
+    rest.e = rest.top = 0;
     if (LANES > 1) {
         // From the light to the points, for it is common; not from a far one, whose rounding is large.
         real away = near ? 8 : MOST(on, largest_of(light));
@@ -199,18 +212,18 @@ static ints taken_in_tree(const Tree *tree, int kind, Ray ray, reals distance, V
         if (beam.width < (near ? INFINITY : tree->shape.wide)) {
             real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
             if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
-            if (left_by_beam(tree, kind, &beam, end, &left, ray, distance, on, near))
-                return VEILED ? left.veil : on & !left.clear;
+            left = left_by_beam(tree, kind, &beam, end, &rest, ray, distance, on, near);
+            if (rest.e < 0) return VEILED ? left.veil : on & !left.clear;
         }
     }
     __private reals limits[1] = {distance};
-    // From the start: what the beam has met would count twice.
-    __private ints taken[1] = {VEILED ? PICK_INT(left.clear, 0, left.veil) : on & !left.clear};
+    __private ints taken[1] = {VEILED ? left.veil : on & !left.clear};
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(left.clear); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);
         Single single = single_of(&rays, i);
-        EACH_INT(taken)[i] = taken_single(tree, kind, &single, EACH_REAL(limits)[i], near);
+        INTEGER *each = EACH_INT(taken) + i;
+        *each = taken_single(tree, kind, &single, EACH_REAL(limits)[i], near, &rest, *each);
     }
     return taken[0];
 }
