@@ -83,6 +83,16 @@ SAME: list[tuple[list[str], dict[str, Any]]] = [
 ]  # fmt: skip
 
 
+def test_denoise_is_asked_for_in_the_film(folder: Path) -> None:
+    """In a style that has no noise: it takes no other program."""
+    words = ("-o", "a.png", "--save-scene", "a.toml", "--style", "matte", *WORDS)
+    assert command("a.npz", *words, "--denoise").exit_code == 0
+    assert "\ndenoise = true\n" in Path("a.toml").read_text()
+    picture = clrt.plot(clrt.read("a.npz"), **{**SMALL, "style": "matte", "denoise": True})
+    assert picture.scene.film.denoise
+    assert Path("a.png").read_bytes() == picture._repr_png_()
+
+
 @pytest.mark.parametrize(("words", "keywords"), SAME, ids=str)
 def test_the_command_and_the_call_give_the_same_bytes(
     folder: Path, words: list[str], keywords: dict[str, Any]

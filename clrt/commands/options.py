@@ -110,6 +110,12 @@ FILM_OPTIONS = (
         "--transparent", is_flag=True, default=None, help="Alpha in place of the background."
     ),
     click.option(
+        "--denoise",
+        is_flag=True,
+        default=None,
+        help="Filter the noise of occlusion and soft shadows; for fewer than 16 samples.",
+    ),
+    click.option(
         "--transfer",
         type=click.Choice(["linear", "srgb"]),
         help="The curve of 8 and 16 bits; default: the scene's, of particles srgb.",

@@ -93,6 +93,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
     background: str | Sequence[float] = "white"
     """A colour's name, #rgb or #rrggbb, or three numbers from 0 to 1."""
     transparent: bool = False
+    denoise: bool = False
     transfer: Literal["linear", "srgb"] = "srgb"
     style: str = PLAIN
     samples: int = 16
@@ -103,7 +104,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True):
         coloring(self)
         good = self.colorbar is None or isinstance(self.colorbar, str)
         require(good, "colorbar", "a label", self.colorbar)
-        switches(self, "transparent")
+        switches(self, "transparent", "denoise")
         if isinstance(self.scalebar, tuple | list):
             good = len(self.scalebar) == 2 and isinstance(self.scalebar[1], str)
             require(good, "scalebar", "a length and a text, or 'auto'", self.scalebar)
@@ -270,6 +271,7 @@ def scene_of(made: Representation, look: Look, parts: Iterable[Spheres], box: Ce
     film = Film(
         background=tuple(ground.tolist()),
         transparent=look.transparent,
+        denoise=look.denoise,
         transfer=look.transfer,
         outline=style.outline,
         colorbar=label,

@@ -114,6 +114,7 @@ def plot(
     margin: float = 0.03,
     background: str | Sequence[float] = "white",
     transparent: bool = False,
+    denoise: bool = False,
     style: str = "soft",
     samples: int = 16,
     size: tuple[int, int] = (1920, 1080),
@@ -188,6 +189,7 @@ def plot(
         projection: "orthographic" or "perspective".
         margin: the part of the picture that stays free at each of its sides.
         transparent: alpha in place of the background.
+        denoise: filters the noise of occlusion and soft shadows; for fewer than 16 samples.
         style: "soft", "matte", "outline", "mirror" or "ball-and-stick": docs/styles.md.
         samples: the most that a pixel gets; 1 is the fastest.
         size: of the picture, columns and rows.
@@ -261,6 +263,7 @@ def plot(
             margin=margin,
             background=background,
             transparent=transparent,
+            denoise=denoise,
             style=style,
             samples=samples,
             size=size,
