@@ -40,7 +40,16 @@ SOLID = "--cell-solid"
 """What Grouped makes of --cell solid, for --cell has no value."""
 
 HEADINGS = {
-    "Picture": ("output", "width", "height", "samples", "style", "background", "transparent", "denoise"),
+    "Picture": (
+        "output",
+        "width",
+        "height",
+        "samples",
+        "style",
+        "background",
+        "transparent",
+        "denoise",
+    ),
     "Which particles": (
         *("select", "hide", "frame", "altloc", "assembly", "wrap", "replicate", "cell"),
     ),

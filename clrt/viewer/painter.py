@@ -18,7 +18,7 @@ from PIL import Image
 from clrt.errors import ClrtError
 from clrt.figure.rendering import Array, Renderer
 from clrt.files import image
-from clrt.viewer.overlay import Overlay, bare, needs_depth
+from clrt.viewer.overlay import Overlay, bare, clear, needs_depth
 from clrt.viewer.preview import preview
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Look, Pick, Session, Shot, Shown
@@ -193,7 +193,7 @@ class Painter:
 
     def _film(self, task: Task, shot: Shot) -> tuple[Array, Array | None]:
         """A picture, and its depths if what is drawn over it needs them. Only the last one has that
-        in it: the others have it beside them."""
+        in it: the others have it beside them, and less noise than their samples leave."""
         scene = replace(shot.scene, samples=task.samples)
 
         def progress(rows: int) -> None:
@@ -209,7 +209,7 @@ class Painter:
         names = ("depth",) if needs_depth(scene.film) else ()
         with self._stage.at_once() if task.moves else nullcontext(self._stage.renderer) as renderer:
             film, passes = renderer.render(
-                bare(scene), width, height, alpha=False, passes=names, **options
+                clear(bare(scene)), width, height, alpha=False, passes=names, **options
             )
         return film, passes.get("depth")
 
