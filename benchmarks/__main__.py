@@ -70,8 +70,8 @@ PARTS = [name for name in main.commands if name != "readme"]
 def every(quick: bool, embree: Path | None) -> None:
     """All parts, one after the other, and then the tables of README.md and docs/.
 
-    It goes on where it was stopped: a part whose figures are of this version and this CPU stays,
-    one that was interrupted is measured from its start. It says how long the parts took when they
+    It goes on where it was stopped: a part whose figures are of the clrt/ and kernels/ that are
+    committed, and of this CPU, stays. One that was interrupted is measured from its start. It says how long the parts took when they
     were last measured. A part that fails, as `view` without Chromium, is named at the end.
     """
     times = harness.RESULTS / "seconds.json"
@@ -102,12 +102,12 @@ def every(quick: bool, embree: Path | None) -> None:
 
 
 def is_of_today(part: str) -> bool:
-    """Whether a part's figures are of this version and this CPU."""
+    """Whether a part's figures are of what is committed, and of this CPU."""
     path = harness.RESULTS / f"{part}.json"
     if not path.exists():
         return False
     measured, here = json.loads(path.read_text())["machine"], harness.machine()
-    return all(measured[key] == here[key] for key in ("clrt", "cpu", "device"))
+    return all(measured.get(key) == here[key] for key in ("clrt", "code", "cpu", "device"))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import json
 import os
 import platform
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -90,8 +91,16 @@ def machine() -> dict[str, Any]:
         "threads": device.max_compute_units,
         "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in packages},
+        "code": code(),
         "date": time.strftime("%Y-%m-%d"),
     }
+
+
+def code() -> str:
+    """Which clrt/ and kernels/ were measured: the trees' hashes, as they were committed."""
+    words = ("git", "rev-parse", "--short", "HEAD:clrt", "HEAD:kernels")
+    done = subprocess.run(words, cwd=Path(__file__).parent, capture_output=True, text=True)
+    return " ".join(done.stdout.split())
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
