@@ -71,8 +71,9 @@ def every(quick: bool, embree: Path | None) -> None:
     """All parts, one after the other, and then the tables of README.md and docs/.
 
     It goes on where it was stopped: a part whose figures are of the clrt/ and kernels/ that are
-    committed, and of this CPU, stays. One that was interrupted is measured from its start. It says how long the parts took when they
-    were last measured. A part that fails, as `view` without Chromium, is named at the end.
+    committed, and of this CPU, stays. One that was interrupted is measured from its start. It says
+    how long the parts took when they were last measured. A part that fails, as `view` without
+    Chromium, is named at the end.
     """
     times = harness.RESULTS / "seconds.json"
     seconds: dict[str, float] = json.loads(times.read_text()) if times.exists() else {}
