@@ -42,7 +42,10 @@ SCENES: dict[str, set[str]] = {
     "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic", "opacity"},
     "guided": {"gather", "occlusion", "orthographic", "opacity"},
 }
-LANES_OF: dict[Precision, int] = {"robust": 16, "literal": 1, "double": 1}
+LANES_OF: dict[Precision, dict[str, int]] = {
+    "robust": {"edges": 16, "random": 4, "guided": 16}, "literal": {"as the paper": 1},
+    "double": {"edges": 1, "random": 1, "guided": 1},
+}  # fmt: skip
 # Passes come beside another film.
 PICTURES: dict[str, tuple[FilmKind, ...]] = {
     "float": ("float",), "bytes": ("bytes",), "alpha": ("alpha", "passes"),
@@ -60,7 +63,7 @@ TRIED: list[tuple[Precision, str, str]] = [
 
 def scene_of(precision: Precision, name: str, picture: str) -> Scene:
     uses = SCENES[name] - ({"background"} if picture in ("float", "bytes") else set())
-    wanted = Features(LANES_OF[precision], precision, "float", **dict.fromkeys(uses, True))
+    wanted = Features(LANES_OF[precision][name], precision, "float", **dict.fromkeys(uses, True))
     made = trial.scene_for(wanted)
     return replace(made, film=replace(made.film, denoise=True)) if picture == "guides" else made
 
@@ -70,7 +73,28 @@ def programs(precision: Precision, name: str, picture: str) -> Iterator[Features
     world = pack_world(scene, precision)
     for film in PICTURES[picture]:
         for stage in stages(scene, film):
-            yield features_of(world, scene, LANES_OF[precision], film, stage)
+            yield features_of(world, scene, LANES_OF[precision][name], film, stage)
+
+
+# What stands in trees, each without the other, of lanes that are in no other test.
+ALONE: list[tuple[Precision, int, set[str]]] = [
+    ("robust", 4, {"tree", "faces", "opacity"}),
+    ("double", 4, {"tree", "capsules", "opacity"}),
+]
+
+
+@pytest.mark.parametrize(("precision", "lanes", "uses"), ALONE)
+def test_tried_alone(device: cl.Device, precision: Precision, lanes: int, uses: set[str]) -> None:
+    if precision == "double" and device.native_vector_width_double == 0:
+        pytest.skip("no float64")
+    wanted = Features(lanes, precision, "float", **dict.fromkeys(uses, True))
+    scene = trial.scene_for(wanted)
+    renderer = renderer_for(device, lanes, precision)
+    renderer.prepare(scene, "float32", alpha=False)
+    used = features_of(pack_world(scene, precision), scene, lanes, "float")
+    known = ("tree", "faces", "capsules", "opacity")
+    assert {name for name in known if getattr(used, name)} == uses
+    assert used in renderer._programs
 
 
 def test_every_cell_is_tried() -> None:
@@ -93,7 +117,7 @@ def test_tried(device: cl.Device, precision: Precision, scene: str, picture: str
     """A program that a renderer has, has passed its trial; it has one, and of no fewer lanes."""
     if precision == "double" and device.native_vector_width_double == 0:
         pytest.skip("no float64")
-    renderer = renderer_for(device, LANES_OF[precision], precision)
+    renderer = renderer_for(device, LANES_OF[precision][scene], precision)
     made = scene_of(precision, scene, picture)
     if picture == "paths":
         renderer.paths(made, 9, 9)

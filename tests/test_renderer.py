@@ -22,7 +22,7 @@ import clrt
 from clrt import reference
 from clrt.figure.rendering import Renderer
 from clrt.film import color, metrics
-from clrt.renderer.engine import exposures
+from clrt.renderer.pack.features import exposures
 
 TRUTHS: list[tuple[reference.Truth, float]] = [("seed", 1e-5), ("exact", 0.0)]
 SIZES = [(240, 135), (101, 67), (1, 1), (1, 7), (7, 1), (17, 2)]

@@ -27,7 +27,9 @@ from clrt.commands.terminal import Progress, say
 from clrt.errors import RequestError, SceneError, called, named
 
 if TYPE_CHECKING:
+    from clrt.figure.compose import Look
     from clrt.renderer.checks import Region
+    from clrt.scene.scene import Scene
 
 
 @click.command(cls=Grouped)
@@ -134,6 +136,8 @@ def render(
     to "Where they are seen from" are for files of particles.
     """
     started = time.perf_counter()
+    from clrt.figure import resolver, styles
+    from clrt.figure.apart import picture_and_words
     from clrt.files import vector
     from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
     from clrt.files.meshes.reader import is_mesh
@@ -162,65 +166,39 @@ def render(
     if not to_stdout:
         check_apart(output, Path(scene))
     look = {"samples": rendering.samples, **film}
+    drawing = None
     if has_particles:
-        from clrt.figure import sources
-        from clrt.figure.styles import seen_by
-        from clrt.files.scenewriter import save_scene as write_scene
-
-        with called(PARTICLE_KEYS):
-            look |= {"size": (width, height), **drawn}
-            if has_mesh:
-                loaded = sources.of_mesh(Path(scene), **look)
-            else:
-                drawing = sources.look(**look)
-                loaded = sources.of_file(Path(scene), frame or 0, drawing, **reading)
+        look |= {"size": (width, height), **drawn}
+        loaded, drawing = _figure(Path(scene), has_mesh, frame or 0, look, reading)
         if changes["camera"] is not None:
-            loaded = seen_by(loaded, changes["camera"])
+            loaded = styles.seen_by(loaded, changes["camera"])
     else:
-        from clrt.figure.resolver import resolved
-
         loaded = opened(scene, **look)
         has_particles = len(loaded.particles) > 0
         with named(scene, SceneError):
-            loaded = resolved(loaded)
+            loaded = resolver.resolved(loaded)
     loaded = changed(loaded, **changes)
     alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
     size = right - left, bottom - top
     check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
     if save_scene is not None:
-        if "format" in reading or scene == "-":
-            raise RequestError("--save-scene: expected a file whose name tells its format")
-        if reading:
-            option = next(iter(reading))
-            raise RequestError(f"--save-scene: expected no --{option}: a scene cannot say it")
         check_apart(save_scene, Path(scene))
-        said = loaded
-        if not has_mesh:
-            said = sources.in_file(loaded, Path(scene), frame or 0, drawing)
-        write_scene(save_scene, said)
+        _save_scene(save_scene, loaded, Path(scene), frame or 0, drawing, reading)
     ready = time.perf_counter()
     with rendering.renderer() as renderer:
         if verbose:
             say(f"{label(renderer.device)}, {renderer.lanes} lanes, {renderer.precision}")
         renderer.prepare(loaded, dtype, passes=names)
         compiled = time.perf_counter()
-        found: dict[str, Any] = {}
-        overlay = None
+        how: dict[str, Any]
         with Progress(bottom - top, rendering.quiet) as progress:
             if is_vector:
-                from clrt.figure.apart import picture_and_words
-
                 image, overlay = picture_and_words(renderer, loaded, width, height, progress.add)
+                how = {"overlay": overlay}
             else:
-                image, found = renderer.render(
-                    loaded,
-                    width,
-                    height,
-                    dtype=dtype,
-                    passes=names or (),
-                    region=region,
-                    progress=progress.add,
-                )
+                more: dict[str, Any] = {"dtype": dtype, "passes": names or (), "region": region}
+                image, found = renderer.render(loaded, width, height, progress=progress.add, **more)
+                how = {"passes": found}
         rendered = time.perf_counter()
         if verbose:
             say(
@@ -230,21 +208,64 @@ def render(
             )
     # Of particles it does not: made by clrt.plot or of another format it is the same file.
     command = "" if has_particles else context.obj
-    how: dict[str, Any] = {
-        "passes": found, "transfer": loaded.film.transfer, "command": command, "overlay": overlay
-    }  # fmt: skip
+    how |= {"transfer": loaded.film.transfer, "command": command}
     if to_stdout:
-        from tempfile import TemporaryDirectory
-
-        with TemporaryDirectory() as folder:
-            save(Path(folder) / output, image, **how)
-            sys.stdout.buffer.write((Path(folder) / output).read_bytes())
+        _print(output, image, how)
     else:
         save(output, image, **how)
     if verbose:
         say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {_peak_memory()} MB")
     if not rendering.quiet:
         say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
+
+
+def _figure(
+    path: Path, is_mesh: bool, frame: int, look: dict[str, Any], reading: dict[str, str]
+) -> "tuple[Scene, Look | None]":
+    """The scene of a file of particles, and how they are drawn, or of a mesh alone."""
+    from clrt.figure import sources
+
+    with called(PARTICLE_KEYS):
+        if is_mesh:
+            return sources.of_mesh(path, **look), None
+        drawing = sources.look(**look)
+        return sources.of_file(path, frame, drawing, **reading), drawing
+
+
+def _save_scene(
+    output: Path,
+    scene: "Scene",
+    path: Path,
+    frame: int,
+    drawing: "Look | None",
+    reading: dict[str, str],
+) -> None:
+    """Writes the scene of a file: particles stay in it.
+
+    Raises:
+        RequestError: a scene cannot say how the file is read.
+    """
+    from clrt.figure import sources
+    from clrt.files import scenewriter
+
+    if "format" in reading or str(path) == "-":
+        raise RequestError("--save-scene: expected a file whose name tells its format")
+    if reading:
+        option = next(iter(reading))
+        raise RequestError(f"--save-scene: expected no --{option}: a scene cannot say it")
+    said = scene if drawing is None else sources.in_file(scene, path, frame, drawing)
+    scenewriter.save_scene(output, said)
+
+
+def _print(output: Path, image: Any, how: dict[str, Any]) -> None:
+    """Writes the bytes of a file of that name to stdout."""
+    from tempfile import TemporaryDirectory
+
+    from clrt.files.image import save
+
+    with TemporaryDirectory() as folder:
+        save(Path(folder) / output, image, **how)
+        sys.stdout.buffer.write((Path(folder) / output).read_bytes())
 
 
 def _peak_memory() -> int:

@@ -15,8 +15,6 @@ from clrt.scene.material import Material
 from clrt.scene.scene import Scene
 from clrt.values import BLACK, Color, Vec3, did_you_mean
 
-VERSION = 1
-
 KEY: Vec3 = (0.6, -0.8, -2.0)
 """The way that the key light travels, from the upper left: right, up and back of the camera."""
 

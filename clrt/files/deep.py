@@ -14,8 +14,6 @@ from clrt.errors import RequestError
 Array = NDArray[Any]
 Passes = Mapping[str, Array]
 
-NO_PASSES: Passes = {}
-
 # Libraries that only some formats need, and the advice where one is not installed.
 OPENEXR = ("OpenEXR", ".exr needs OpenEXR: pip install openexr")
 PYAV = ("av", "16 bits a channel need PyAV: pip install av")

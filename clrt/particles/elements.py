@@ -60,31 +60,12 @@ def of_symbols(symbols: Iterable[str]) -> list[int] | None:
     return None if None in found else found  # type: ignore[return-value]
 
 
-def of_names(
-    names: Iterable[str],
-    residues: Iterable[str] | None = None,
-    counts: Iterable[int] | None = None,
-) -> list[int] | None:
-    """The atomic numbers that names of atoms speak of, as CA, 1HB2, OW, Fe2+ or C12.
-
-    Args:
-        residues: the name of each one's residue: CA is a carbon in ALA, and calcium in CA.
-        counts: how many atoms have each name; None: one.
-
-    Returns:
-        None if one says nothing, for what is no atom has names as well, or if doubt() has doubts.
-    """
-    names = list(names)
-    counts = None if counts is None else list(counts)
-    residues = None if residues is None else list(residues)
-    found = each_of_names(names, residues)
-    if None in found or doubt(names, found, counts, residues) is not None:
-        return None
-    return found  # type: ignore[return-value]
-
-
 def each_of_names(names: Iterable[str], residues: Iterable[str] | None = None) -> list[int | None]:
-    """The same for each name by itself; None where one says nothing."""
+    """The atomic numbers that names of atoms speak of, as CA, 1HB2, OW, Fe2+ or C12; None where one
+    says nothing, for what is no atom has names as well.
+
+    residues: the name of each one's residue: CA is a carbon in ALA, and calcium in CA.
+    """
     if residues is None:
         return [_of_name(name) for name in names]
     return [_in_residue(name, residue) for name, residue in zip(names, residues, strict=True)]

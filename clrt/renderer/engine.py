@@ -19,7 +19,7 @@ from clrt.opencl.denoise import FAR
 from clrt.opencl.device import check_process, find_device, label
 from clrt.renderer.checks import Passes, Region, check_passes, check_region, check_size, film_dtype
 from clrt.renderer.dispatch import Dispatcher, Program, quiet
-from clrt.renderer.pack.features import LANES, Features, features_of, stages
+from clrt.renderer.pack.features import LANES, Features, exposures, features_of, stages
 from clrt.renderer.pack.structs import PRECISIONS, FilmKind, Precision
 from clrt.scene.scene import Scene
 
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     import pyopencl as cl
 
 Array: TypeAlias = NDArray[Any]
-ENOUGH = 64
-"""Samples of a pixel from which on a filter of noise spoils more than it mends, in some pictures
-(benchmarks/NOTES.md)."""
 PATIENCE = 1  # seconds after which a person wonders
 
 
@@ -294,16 +291,3 @@ def default_lanes(device: "cl.Device") -> int:
     import pyopencl as cl
 
     return max(LANES) if device.type & cl.device_type.CPU else 1
-
-
-def exposures(
-    scene: Scene, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
-) -> list[FilmKind]:
-    """The films that kernels must make for a picture, its own first."""
-    look = scene.film
-    own: FilmKind = "float" if dtype == np.float32 else "bytes"
-    if scene.film.denoise and scene.is_random and scene.samples < ENOUGH:
-        own = "guides"
-    elif alpha or develop.has_steps(look, dtype, alpha):
-        own = "alpha"
-    return [own, "passes"] if passes or develop.needs_passes(look) else [own]

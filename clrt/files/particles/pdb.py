@@ -22,7 +22,6 @@ DOTS = (34, 42, 50)
 """Where the points of the coordinates are."""
 THREE = re.compile(rb"(-?\d+\.\d{3})\s*(-?\d+\.\d{3})\s*(-?\d+\.\d{3})")
 SERIAL = re.compile(rb"(?:ATOM  |HETATM)(\d{6,8})(?= )")
-SPACE = re.compile(rb"\s*")
 
 
 class Models:

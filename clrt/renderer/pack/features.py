@@ -1,11 +1,14 @@
 """Features: what a program is compiled for. Nothing else decides what a scene needs."""
 
-from typing import Literal, TypeAlias
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
 
 import msgspec
+import numpy as np
 from msgspec.structs import replace
 
 from clrt.errors import RequestError
+from clrt.film import develop
 from clrt.renderer import glass
 from clrt.renderer.pack.structs import FILMS, FilmKind, Precision
 from clrt.renderer.pack.world import World
@@ -133,6 +136,24 @@ SMALL, SMALLS_BASE = 0.01, 4
 """Of what size spheres are so small that one sample misses what is between the pixels, see
 lens.middle_size(), and how many each pixel then gets (benchmarks/NOTES.md)."""
 Stage: TypeAlias = Literal["picture", "edges"]
+
+
+ENOUGH = 64
+"""Samples of a pixel from which on a filter of noise spoils more than it mends, in some pictures
+(benchmarks/NOTES.md)."""
+
+
+def exposures(
+    scene: Scene, dtype: np.dtype[Any], alpha: bool, passes: Sequence[str] | None
+) -> list[FilmKind]:
+    """The films that kernels must make for a picture, its own first."""
+    look = scene.film
+    own: FilmKind = "float" if dtype == np.float32 else "bytes"
+    if scene.film.denoise and scene.is_random and scene.samples < ENOUGH:
+        own = "guides"
+    elif alpha or develop.has_steps(look, dtype, alpha):
+        own = "alpha"
+    return [own, "passes"] if passes or develop.needs_passes(look) else [own]
 
 
 def stages(scene: Scene, film: FilmKind) -> list[Stage]:
