@@ -4,7 +4,7 @@
 
 // TREE: the spheres of the list beside the tree that the rays that are on meet first.
 static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __global const int *ids,
-                          int sphere_count) {
+                          __global const Glass *glass, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
         Quadratic q = quadratic(ray, spheres + s);
@@ -12,23 +12,23 @@ static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __gl
         if (!ANY(met)) continue;
         reals root = smaller_root(q);
         if (OPACITY) met &= behind(ray, root, ids[s]);
-        hit = closer_of(hit, met, root, ids[s]);
+        hit = closer_yet(hit, met, root, ids[s], glass);
     }
     return hit;
 }
 
 // ORTHOGRAPHIC and TREE: that for lines that have no start. Those to the tree have one: it has no sphere
 // that they meet before.
-static Hit visible_listed(Ray line, __global const Sphere *spheres, __global const int *ids,
-                          int sphere_count) {
+static Hit visible_listed(Ray line, ints on, __global const Sphere *spheres,
+                          __global const int *ids, __global const Glass *glass, int sphere_count) {
     Hit hit = no_hit();
     for (int s = 0; s < sphere_count; s++) {
         Quadratic q = quadratic(line, spheres + s);
-        ints met = q.delta > 0;
+        ints met = on & (q.delta > 0);
         if (!ANY(met)) continue;
         reals root = entry(q);
         if (OPACITY) met &= behind(line, root, ids[s]);
-        hit = closer_of(hit, met, root, ids[s]);
+        hit = closer_yet(hit, met, root, ids[s], glass);
     }
     return hit;
 }

@@ -116,7 +116,8 @@ static uint spheres_in_beam(const Beam *beam, __global const Leaf *leaf, real en
               (leaf)->center[2][k], (leaf)->radius[k])
 
 // TREE: tests those spheres of a leaf. Returns whether one is nearer than what was hit before.
-static bool nearer_spheres(__global const Leaf *leaf, uint bits, Hit *hit, Ray ray, ints on) {
+static bool nearer_spheres(const Tree *tree, __global const Leaf *leaf, uint bits, Hit *hit,
+                           Ray ray, ints on) {
     bool found = false;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
@@ -125,10 +126,10 @@ static bool nearer_spheres(__global const Leaf *leaf, uint bits, Hit *hit, Ray r
         if (!ANY(met)) continue;
         reals root = FIRST_ROOT;
         if (OPACITY) {
-            met &= behind(ray, root, leaf->id[k]);
+            met &= behind(ray, root, leaf->id[k]) & (root <= end_of(*hit));
             if (!ANY(met)) continue;
         }
-        *hit = closer_of(*hit, met, root, leaf->id[k]);
+        *hit = closer_yet(*hit, met, root, leaf->id[k], tree->glass);
         found = true;
     }
     return found;

@@ -99,8 +99,8 @@ typedef struct {
     met &= (ray).leaves != (leaf)->id[k];
 
 // CAPSULES: the capsule of a leaf that a ray meets before `distance`, if there is one.
-static void nearest_capsule(__global const CapsuleLeaf *leaf, const Single *ray, real *distance,
-                            INTEGER *id) {
+static void nearest_capsule(const Tree *tree, __global const CapsuleLeaf *leaf, const Single *ray,
+                            real *distance, INTEGER *id) {
     LEAF_CAPSULES(ray, leaf)
     if (!wide_bits(met)) return;
     CAPSULE_HIT(wides, wide_ints)
@@ -109,10 +109,7 @@ static void nearest_capsule(__global const CapsuleLeaf *leaf, const Single *ray,
     __private const real *first = (__private const real *)all;
     for (uint bits = wide_bits(met); bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        if (first[k] < *distance || (first[k] == *distance && leaf->id[k] < *id)) {
-            *distance = first[k];
-            *id = leaf->id[k];
-        }
+        take_nearer(tree, distance, id, first[k], leaf->id[k]);
     }
 }
 
@@ -147,8 +144,8 @@ static uint capsules_in_beam(const Beam *beam, __global const CapsuleLeaf *leaf,
 }
 
 // CAPSULES: tests those capsules of a leaf. Returns whether one is nearer than what was hit before.
-static bool nearer_capsules(__global const CapsuleLeaf *leaf, uint bits, Hit *hit, Ray ray,
-                            ints on) {
+static bool nearer_capsules(const Tree *tree, __global const CapsuleLeaf *leaf, uint bits, Hit *hit,
+                            Ray ray, ints on) {
     bool found = false;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
@@ -156,8 +153,11 @@ static bool nearer_capsules(__global const CapsuleLeaf *leaf, uint bits, Hit *hi
         met &= on;
         if (!ANY(met)) continue;
         CAPSULE_HIT(reals, ints)
-        if (OPACITY) met &= behind(ray, t, leaf->id[k]);
-        *hit = closer_of(*hit, met, t, leaf->id[k]);
+        if (OPACITY) {
+            met &= behind(ray, t, leaf->id[k]) & (t <= end_of(*hit));
+            if (!ANY(met)) continue;
+        }
+        *hit = closer_yet(*hit, met, t, leaf->id[k], tree->glass);
         found = true;
     }
     return found;

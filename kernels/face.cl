@@ -104,20 +104,17 @@ static Shear shear_of(const Single *ray) {
     met &= ids != ray->leaves;
 
 // FACES: the triangle of a leaf that a ray meets before `distance`, if there is one.
-static void nearest_face(__global const FaceLeaf *leaf, const Single *ray, real *distance,
-                         INTEGER *id) {
+static void nearest_face(const Tree *tree, __global const FaceLeaf *leaf, const Single *ray,
+                         real *distance, INTEGER *id) {
     LEAF_FACES(ray, leaf)
     if (!wide_bits(met)) return;
     __private wides all[1] = {FACE_DISTANCE(shear)};
-    met &= (all[0] > 0) & (all[0] <= *distance);
+    met &= (all[0] > 0) & (all[0] <= distance[(HITS - 1) * LANES]);
     if (OPACITY) met &= behind_single(ray, all[0], ids);
     __private const real *at = (__private const real *)all;
     for (uint bits = wide_bits(met); bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        if (at[k] < *distance || (at[k] == *distance && leaf->id[k] < *id)) {
-            *distance = at[k];
-            *id = leaf->id[k];
-        }
+        take_nearer(tree, distance, id, at[k], leaf->id[k]);
     }
 }
 
@@ -183,8 +180,8 @@ static Shears shears_of(Ray ray, int kz) {
     if ((leaf)->closed[j]) met &= det * shears.sz > 0;
 
 // FACES: tests those triangles of a leaf. Returns whether one is nearer than what was hit before.
-static bool nearer_faces(__global const FaceLeaf *leaf, uint bits, const Beam *beam, Hit *hit,
-                         Ray ray, ints on) {
+static bool nearer_faces(const Tree *tree, __global const FaceLeaf *leaf, uint bits,
+                         const Beam *beam, Hit *hit, Ray ray, ints on) {
     bool found = false;
     Shears shears = shears_of(ray, beam->m);
     for (; bits; bits &= bits - 1) {
@@ -194,8 +191,11 @@ static bool nearer_faces(__global const FaceLeaf *leaf, uint bits, const Beam *b
         if (!ANY(met)) continue;
         reals distance = FACE_DISTANCE(shears);
         met &= distance > 0;
-        if (OPACITY) met &= behind(ray, distance, leaf->id[j]);
-        *hit = closer_of(*hit, met, distance, leaf->id[j]);
+        if (OPACITY) {
+            met &= behind(ray, distance, leaf->id[j]) & (distance <= end_of(*hit));
+            if (!ANY(met)) continue;
+        }
+        *hit = closer_yet(*hit, met, distance, leaf->id[j], tree->glass);
         found = true;
     }
     return found;

@@ -153,6 +153,8 @@ static void go_on(const Scene *scene, Path *path, ints alive, const Through *thr
     bool from_camera = OPACITY && path->depth == 0;
     if (OPACITY && !ANY(alive)) {
         path->hit = no_hit();
+    } else if (OPACITY && TREE && ANY(through->goes) && path->hit.later[0].left > 0) {
+        path->hit = next_hit(path->hit, alive);
     } else {
         path->hit = first_hit(scene, path->ray, alive, false, ORTHOGRAPHIC && from_camera);
     }

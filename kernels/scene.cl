@@ -51,8 +51,9 @@ static Vector in_space(const Scene *scene, Vector v) {
 // TREE: what rays meet first in the list beside the tree. line: see first_hit().
 static Hit first_listed(const Scene *scene, Ray ray, ints on, bool line) {
     if (ORTHOGRAPHIC && line)
-        return visible_listed(ray, scene->spheres, scene->ids, scene->sphere_count);
-    return nearest_listed(ray, on, scene->spheres, scene->ids, scene->sphere_count);
+        return visible_listed(ray, on, scene->spheres, scene->ids, scene->glass,
+                              scene->sphere_count);
+    return nearest_listed(ray, on, scene->spheres, scene->ids, scene->glass, scene->sphere_count);
 }
 
 // CAPSULES or FACES: what rays meet first, beside the spheres that they do.
@@ -68,6 +69,7 @@ static Hit first_hit(const Scene *scene, Ray ray, ints on, bool common, bool lin
     Hit hit;
     if (TREE) {
         hit = first_listed(scene, ray, on, line);
+        if (OPACITY) hit.later[0].left = LATER;
         // Two returns: one would cost scenes of spheres other instructions.
         if (!CAPSULES && !FACES)
             return nearest_in_tree(&scene->tree, OF_SPHERES, hit, ray, on, common);

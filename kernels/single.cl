@@ -1,13 +1,5 @@
 // Single: one ray against 16 boxes of a tree, or 16 of its spheres.
 
-// Does one thing for each axis `a`, which is a constant: see FOR_EACH_LAYER.
-#define FOR_EACH_AXIS(thing) AXIS(0, thing) AXIS(1, thing) AXIS(2, thing)
-#define AXIS(number, thing)  \
-    {                        \
-        enum { a = number }; \
-        thing;               \
-    }
-
 // OPACITY: as Passed.
 typedef struct {
     real distance;
@@ -124,21 +116,41 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real sta
     int16 id_ = *(__global const int16 *)(leaf)->id;                                               \
     wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
 
+// TREE: puts thing `id` of a scene where it is nearer than what a ray has met. OPACITY: the HITS nearest
+// are kept, each a packet's lane away from the last, and what is opaque hides those behind it.
+static void take_nearer(const Tree *tree, real *distance, INTEGER *ids, real at, INTEGER id) {
+    int k = HITS - 1;
+    if (!(at < distance[k * LANES] || (at == distance[k * LANES] && id < ids[k * LANES]))) return;
+    for (; k > 0; k--) {
+        real before = distance[(k - 1) * LANES];
+        if (!(at < before || (at == before && id < ids[(k - 1) * LANES]))) break;
+        distance[k * LANES] = before;
+        ids[k * LANES] = ids[(k - 1) * LANES];
+    }
+    distance[k * LANES] = at;
+    ids[k * LANES] = id;
+    if (!OPACITY || OPACITY_OF(tree->glass[id]) < 1) return;
+    for (k++; k < HITS; k++) {
+        distance[k * LANES] = at;
+        ids[k * LANES] = NO_MORE;
+    }
+}
+
 // TREE: the sphere of a leaf that a ray meets before `distance`, if there is one.
-static void nearest_sphere(__global const Leaf *leaf, const Single *ray, real *distance,
-                           INTEGER *sphere) {
+static void nearest_sphere(const Tree *tree, __global const Leaf *leaf, const Single *ray,
+                           real *distance, INTEGER *sphere) {
     LEAF_QUADRATIC(ray, leaf)
     uint bits = wide_bits(met);
     if (!bits) return;
     __private wides all[1] = {FIRST_ROOT};
-    if (OPACITY) bits = wide_bits(met & behind_single(ray, all[0], TO_WIDE_INTS(id_)));
+    if (OPACITY) {
+        met &= behind_single(ray, all[0], TO_WIDE_INTS(id_));
+        bits = wide_bits(met & (all[0] <= distance[(HITS - 1) * LANES]));
+    }
     __private const real *root = (__private const real *)all;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        if (root[k] < *distance || (root[k] == *distance && leaf->id[k] < *sphere)) {
-            *distance = root[k];
-            *sphere = leaf->id[k];
-        }
+        take_nearer(tree, distance, sphere, root[k], leaf->id[k]);
     }
 }
 

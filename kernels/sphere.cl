@@ -186,16 +186,43 @@ static reals smaller_root(Quadratic q) {
     return q.c / (sqrt(q.delta) - q.b);
 }
 
+// Does one thing for each axis `a`, which is a constant: see FOR_EACH_LAYER.
+#define FOR_EACH_AXIS(thing) AXIS(0, thing) AXIS(1, thing) AXIS(2, thing)
+#define AXIS(number, thing)  \
+    {                        \
+        enum { a = number }; \
+        thing;               \
+    }
+
+// OPACITY and TREE: what stands behind a hit, nearer things first: one walk through the trees finds all of
+// them (Amstutz et al., "An evaluation of multi-hit ray traversal in a BVH", 2015; how many:
+// benchmarks/NOTES.md). Behind what is opaque is nothing: its distance stands there, with the number
+// NO_MORE.
+#define LATER 3
+#define NO_MORE 0x7fffffff
+typedef struct {
+    reals distance[LATER];
+    ints id[LATER];
+    int left;  // of them, in all lanes, until rays must walk again
+} Later;
+
+// Does one thing for each `i` of those, see FOR_EACH_LAYER.
+#define FOR_EACH_LATER(thing) FOR_EACH_AXIS(thing)
+
 // What nearest() and visible() find in each lane.
 typedef struct {
     ints id;         // of what is hit first; -1: nothing
     reals distance;  // in units of the ray's direction
     int common;      // if any lane hits, the sphere that was last found closer in any of them
+    Later later[ROOM(OPACITY && TREE)];
 } Hit;
 
 // Of lanes that have hit nothing yet.
 static Hit no_hit(void) {
     Hit none = {-1, INFINITY, 0};
+    if (OPACITY && TREE) {
+        FOR_EACH_LATER(none.later[0].distance[a] = INFINITY; none.later[0].id[a] = -1)
+    }
     return none;
 }
 

@@ -29,8 +29,21 @@ static reals opacities_of(__global const Glass *glass, ints spheres) {
 
 // OPACITY: PICK for hits.
 static Hit pick_hit(ints mask, Hit yes, Hit no) {
-    Hit hit = {PICK_INT(mask, yes.id, no.id), PICK(mask, yes.distance, no.distance), no.common};
+    Hit hit = no;
+    hit.id = PICK_INT(mask, yes.id, no.id);
+    hit.distance = PICK(mask, yes.distance, no.distance);
     if (ANY(mask)) hit.common = yes.common;
+    return hit;
+}
+
+// OPACITY and TREE: what the last walk has found behind a hit.
+static Hit next_hit(Hit hit, ints alive) {
+    Later *later = hit.later;
+    hit.id = PICK_INT(alive, later->id[0], -1);
+    hit.distance = later->distance[0];
+    FOR_EACH_LATER(later->id[a] = later->id[(a + 1) % LATER];
+                   later->distance[a] = later->distance[(a + 1) % LATER])
+    later->left--;
     return hit;
 }
 

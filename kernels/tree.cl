@@ -193,6 +193,47 @@ static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
     return hit;
 }
 
+// TREE: how many things a walk finds.
+#define HITS (OPACITY ? LATER + 1 : 1)
+
+// TREE: the distance from which on nothing is looked for.
+static reals end_of(Hit hit) {
+    if (!OPACITY) return hit.distance;
+    return hit.later[0].distance[LATER - 1];
+}
+
+// OPACITY and TREE: in those lanes nothing is seen behind that distance.
+static Hit hidden_behind(Hit hit, ints mask, reals distance) {
+    Later *later = hit.later;
+    FOR_EACH_LATER(ints hidden = mask & (later->distance[a] > distance);
+                   later->distance[a] = PICK(hidden, distance, later->distance[a]);
+                   later->id[a] = PICK_INT(hidden, NO_MORE, later->id[a]))
+    return hit;
+}
+
+// OPACITY and TREE: the nearer of two things takes the first place, in lanes of a mask.
+static void order_two(reals *first, ints *first_id, reals *second, ints *second_id, ints mask) {
+    reals distance = *first;
+    ints id = *first_id;
+    mask &= (*second < distance) | ((*second == distance) & (*second_id < id));
+    *first = PICK(mask, *second, distance);
+    *first_id = PICK_INT(mask, *second_id, id);
+    *second = PICK(mask, distance, *second);
+    *second_id = PICK_INT(mask, id, *second_id);
+}
+
+// TREE: thing `id` of a scene where it is met nearer than what was hit before. OPACITY: or than what is
+// behind that.
+static Hit closer_yet(Hit hit, ints met, reals distance, int id, __global const Glass *glass) {
+    if (!OPACITY) return closer_of(hit, met, distance, id);
+    reals further = distance;
+    ints further_id = id;
+    order_two(&hit.distance, &hit.id, &further, &further_id, met);
+    FOR_EACH_LATER(
+        order_two(hit.later[0].distance + a, hit.later[0].id + a, &further, &further_id, met))
+    return OPACITY_OF(glass[id]) < 1 ? hit : hidden_behind(hit, met, distance);
+}
+
 // TREE: child k of node e: a node, or from node_count on a leaf.
 static int child_of(const Shape *shape, int e, int k) {
     if (e >= shape->lowest) return shape->per_node * e + shape->outer + k;

@@ -15,11 +15,11 @@ static __global const void *leaf_of(const Tree *tree, int kind, int e) {
 static void nearest_of_leaf(const Tree *tree, int kind, __global const void *leaf,
                             const Single *ray, real *distance, INTEGER *id) {
     if (CAPSULES && kind == OF_CAPSULES) {
-        nearest_capsule(leaf, ray, distance, id);
+        nearest_capsule(tree, leaf, ray, distance, id);
     } else if (FACES && kind == OF_FACES) {
-        nearest_face(leaf, ray, distance, id);
+        nearest_face(tree, leaf, ray, distance, id);
     } else {
-        nearest_sphere(leaf, ray, distance, id);
+        nearest_sphere(tree, leaf, ray, distance, id);
     }
 }
 
@@ -43,9 +43,9 @@ static uint leaf_in_beam(const Tree *tree, int kind, __global const void *leaf, 
 // TREE: tests those of a leaf. Returns whether one is nearer than what was hit before.
 static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
                            const Beam *beam, Hit *hit, Ray ray, ints on) {
-    if (FACES && kind == OF_FACES) return nearer_faces(leaf, bits, beam, hit, ray, on);
-    if (CAPSULES && kind == OF_CAPSULES) return nearer_capsules(leaf, bits, hit, ray, on);
-    return nearer_spheres(leaf, bits, hit, ray, on);
+    if (FACES && kind == OF_FACES) return nearer_faces(tree, leaf, bits, beam, hit, ray, on);
+    if (CAPSULES && kind == OF_CAPSULES) return nearer_capsules(tree, leaf, bits, hit, ray, on);
+    return nearer_spheres(tree, leaf, bits, hit, ray, on);
 }
 
 // TREE: tests those of a leaf against shadow rays, see left_by_spheres().
@@ -58,18 +58,19 @@ static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, 
     return left_by_spheres(tree, leaf, bits, left, ray, distance, on, near);
 }
 
-// TREE: what a ray meets before `distance`, if there is something.
+// TREE: what a ray meets before `distance`, if there is something. OPACITY: the nearest, see take_nearer().
 static void nearest_single(const Tree *tree, int kind, const Single *ray, real *distance,
                            INTEGER *id) {
     Slabs slabs = slabs_of(ray);
     real start = 0;
     if (OPACITY) start = fmax(ray->passed[0].distance, start);
+    const real *end = distance + (HITS - 1) * LANES;
     int stack[STACK], top = 0;
     real starts[STACK];
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *distance, &begins);
+            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *end, &begins);
             if (bits) {
                 e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
@@ -77,7 +78,7 @@ static void nearest_single(const Tree *tree, int kind, const Single *ray, real *
         } else {
             nearest_of_leaf(tree, kind, leaf_of(tree, kind, e), ray, distance, id);
         }
-        e = next_of(stack, starts, &top, *distance);
+        e = next_of(stack, starts, &top, *end);
     }
 }
 
@@ -119,9 +120,9 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
     if (FACES && kind == OF_FACES && !has_one_shear(&beam, ray.direction, on)) return false;
     if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
     Hit hit = *found;
-    int stack[STACK], top = 0, left = tree->shape.budget, e = 0;
+    int stack[STACK], top = 0, left = tree->shape.budget * HITS, e = 0;
     real starts[STACK];
-    real end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
+    real end = beam_end(&beam, ray.origin, ray.direction, end_of(hit), on, slack);
     while (e >= 0 && left > 0) {
         if (e < tree->shape.node_count) {
             wides begins;
@@ -136,7 +137,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
             uint bits = leaf_in_beam(tree, kind, leaf, &beam, end);
             left -= popcount(bits);
             if (nearer_in_leaf(tree, kind, leaf, bits, &beam, &hit, ray, on))
-                end = beam_end(&beam, ray.origin, ray.direction, hit.distance, on, slack);
+                end = beam_end(&beam, ray.origin, ray.direction, end_of(hit), on, slack);
         }
         e = next_of(stack, starts, &top, end);
     }
@@ -147,8 +148,12 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
 // TREE: what the tree has before `hit`, for the rays that are on. common: they have one origin.
 static Hit nearest_in_tree(const Tree *tree, int kind, Hit hit, Ray ray, ints on, bool common) {
     if (LANES > 1 && nearest_in_beam(tree, kind, &hit, ray, on, common)) return hit;
-    __private reals distances[1] = {hit.distance};
-    __private ints ids[1] = {hit.id};
+    __private reals distances[HITS] = {hit.distance};
+    __private ints ids[HITS] = {hit.id};
+    if (OPACITY) {
+        FOR_EACH_LATER(distances[(a + 1) % HITS] = hit.later[0].distance[a];
+                       ids[(a + 1) % HITS] = hit.later[0].id[a])
+    }
     Rays rays = rays_of(ray);
     for (uint bits = lane_bits(on); bits; bits &= bits - 1) {
         int i = LOWEST_BIT(bits);
@@ -157,6 +162,10 @@ static Hit nearest_in_tree(const Tree *tree, int kind, Hit hit, Ray ray, ints on
     }
     hit.distance = distances[0];
     hit.id = ids[0];
+    if (OPACITY) {
+        FOR_EACH_LATER(hit.later[0].distance[a] = distances[(a + 1) % HITS];
+                       hit.later[0].id[a] = ids[(a + 1) % HITS])
+    }
     return hit;
 }
 
