@@ -37,7 +37,8 @@ def bonds(n: int, **more: Any) -> Scene:
 
 
 def one(start: Any, end: Any, radius: float, **more: Any) -> Scene:
-    return scene_of(Capsule(start, end, radius, "red"), **more)
+    """Of a colour of its own, as `bonds` are: one program serves both."""
+    return scene_of(Capsule(start, end, radius, "red", (0.9, 0.8, 1)), **more)
 
 
 ON_GROUND = {"spheres": (Sphere((0, -1e4 - 0.6, 0), 1e4, "red"),)}
@@ -47,7 +48,7 @@ CASES: dict[str, Scene] = {
     "bonds, a long lens": bonds(300, camera=Camera((20, 15, 60), (0, 0, 0), fov=2.5)),
     "bonds far from 0": replace(
         bonds(20, camera=Camera((1e5, 0, 3), (1e5, 0, 0))),
-        capsules=Capsules([[1e5 - 1, 0, 0]], [[1e5 + 1, 0.5, 0]], 0.2, "red"),
+        capsules=Capsules([[1e5 - 1, 0, 0]], [[1e5 + 1, 0.5, 0]], 0.2, "red", [[0.9, 0.8, 1]]),
     ),
     "along the view": one((0, 0, -1), (0, 0, 1), 0.3, **ON_GROUND),
     "nearly along the view": one((0.2, 0, -1), (0.2001, 0, 1), 0.3, **ON_GROUND),
@@ -56,10 +57,11 @@ CASES: dict[str, Scene] = {
     "nearly of no length": one((0.1, 0.2, 0), (0.1, 0.2 + 5e-7, 0), 0.5, **ON_GROUND),
     "as thin as a hair": one((-1, -0.3, 0), (1, 0.3, 0), 0.02, **ON_GROUND),
     "around the camera": scene_of(
-        Capsule((0, 0, 9), (0, 0, 2), 0.5, "red"), Capsule((-1, 0, 0), (1, 0, 0), 0.2, "red")
+        Capsule((0, 0, 9), (0, 0, 2), 0.5, "red", (1, 0.2, 0.2)),
+        Capsule((-1, 0, 0), (1, 0, 0), 0.2, "red", (0.2, 0.2, 1)),
     ),
     "among equal spheres": scene_of(
-        Capsule((-0.5, 0, 0), (0.5, 0, 0), 0.3, "red"),
+        Capsule((-0.5, 0, 0), (0.5, 0, 0), 0.3, "red", (0.9, 0.8, 1)),
         spheres=(Sphere((-0.5, 0, 0), 0.3, "red"), Sphere((0.5, 0, 0), 0.3, "red")),
     ),
     "two halves": scene_of(
@@ -96,9 +98,7 @@ def test_against_the_truth(device: cl.Device, name: str, precision: Precision) -
     assert not (off[~metrics.edges(truth.paths)] > metrics.QUARTER_STEP).any()
     assert (truth.id >= 0).sum() > 50
     if precision == "double":
-        same = renderer.paths(CASES[name], *SIZE) == truth.paths
-        assert same.mean() > 0.99  # surfaces that are one are met in either order
-        assert off[same].max() < 1e-6
+        assert off[~metrics.edges(truth.paths)].max() < 1e-6
 
 
 def test_of_no_length_it_is_a_sphere_to_the_bit(device: cl.Device) -> None:

@@ -79,8 +79,15 @@ def test_a_ray_that_needs_more_room_is_reported(device: cl.Device) -> None:
     assert np.isfinite(image).all()
 
 
-@pytest.mark.parametrize("tree", [False, True])
-@pytest.mark.parametrize("camera", ["perspective", "orthographic"])
+@pytest.mark.parametrize(
+    ("camera", "tree"),
+    [
+        ("perspective", False),
+        ("perspective", True),
+        ("orthographic", False),
+        pytest.param("orthographic", True, marks=pytest.mark.slow),
+    ],
+)
 def test_what_is_nothing_is_dropped(device: cl.Device, tree: bool, camera: str) -> None:
     """Indices stay: the ball comes first, the others keep their places."""
     nothing = clrt.Material(diffuse=(0, 0, 0), transmission=1.0, ior=1.0)

@@ -42,7 +42,7 @@ def renderer_of(device: cl.Device, precision: Precision, lanes: int) -> Renderer
     return renderer_for(device, lanes, precision)
 
 
-@functools.lru_cache(maxsize=2)
+@functools.cache
 def truth_of(case: HardCase) -> reference.Trace:
     if case.dtype == np.longdouble and not WIDE:
         pytest.skip("long double is no wider than double here: nothing to check against")

@@ -243,6 +243,7 @@ TWELVE = {
 SLOW = {
     "a long lens",
     "all lights",
+    "orthographic",
     "around the eye and the light",
     "capsules",
 }  # programs of their own

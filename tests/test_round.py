@@ -202,7 +202,7 @@ WAYS: list[tuple[bool, int, Precision]] = [
     [
         pytest.param(
             name, *way, id=f"{name}-{'tree' if way[0] else 'list'}-{way[1]}-{way[2]}",
-            marks=[pytest.mark.slow] * (i > (1 if "around" in name else 3)),
+            marks=[pytest.mark.slow] * (i > (1 if "around" in name else 2)),
         )
         for name in LIT
         for i, way in enumerate(WAYS)

@@ -290,9 +290,8 @@ def slow(name: str, n: int) -> Any:
     [
         *((name, 16) for name in MADE),
         *((name, 1) for name in ("tree", "glass")),
-        ("tree", 4),
         *(slow(name, 1) for name in MADE if name not in ("tree", "glass")),
-        slow("glass", 4),
+        *(slow(name, 4) for name in ("tree", "glass")),
     ],
 )
 def test_robust_against_truth(device: cl.Device, name: str, n: int) -> None:
@@ -306,7 +305,7 @@ def test_robust_against_truth(device: cl.Device, name: str, n: int) -> None:
     assert bad.sum() <= 4, f"{bad.sum()}: {kept(image[..., :3], expected[..., :3])}"
 
 
-@pytest.mark.parametrize("name", ["tree", "specks"])
+@pytest.mark.parametrize("name", [pytest.param("tree", marks=pytest.mark.slow), "specks"])
 def test_every_film_has_the_same_colours(device: cl.Device, name: str) -> None:
     scene, renderer = replace(MADE[name](), samples=COUNT), renderer_for(device, 16)
     film = renderer.render(scene, *SIZE)
@@ -318,8 +317,11 @@ def test_every_film_has_the_same_colours(device: cl.Device, name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "n"),
     [
-        *((name, 16) for name in ("tree", "glass", "few specks")),
-        *(slow(name, 16) for name in ("list", "orthographic", "orthographic tree", "specks")),
+        *((name, 16) for name in ("tree", "few specks")),
+        *(
+            slow(name, 16)
+            for name in ("glass", "list", "orthographic", "orthographic tree", "specks")
+        ),
         slow("tree", 1),
     ],
 )

@@ -209,6 +209,10 @@ def test_every_way_with_any_lanes(device: cl.Device, ways, name, lanes, precisio
         assert (image == found["the list"]).all(), way
 
 
+OF_THEIR_OWN = ("orthographic", "long lens")
+"""Scenes that share their programs with no other."""
+
+
 @functools.cache
 def truth_of(name: str) -> reference.Trace:
     scene = SCENES[name]
@@ -218,8 +222,16 @@ def truth_of(name: str) -> reference.Trace:
     return reference.trace(scene, *SIZE, dtype=wide)
 
 
-@pytest.mark.parametrize("precision", ["robust", "double"])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    ("name", "precision"),
+    [
+        *((name, "robust") for name in SCENES),
+        *(
+            pytest.param(name, "double", marks=[pytest.mark.slow] * (name in OF_THEIR_OWN))
+            for name in SCENES
+        ),
+    ],
+)
 def test_against_the_truth(device: cl.Device, name: str, precision: Precision) -> None:
     scene, truth = SCENES[name], truth_of(name)
     image = renderer_for(device, 16, precision).render(scene, *SIZE)
