@@ -368,6 +368,11 @@ def test_windows_of_any_shape(show: Callable[..., Page]) -> None:
         assert not page.value("document.querySelector('[name=reset]').checkVisibility()")
         page.value("document.querySelector('[name=menu]').click()")
         assert page.value("document.querySelector('[name=reset]').checkVisibility()")
+        page.value("document.querySelector('.help').open = true")
+        seen = "(list => (list.scrollIntoView(), list.contains(document.elementFromPoint("
+        middle = "list.getBoundingClientRect().x + 9, list.getBoundingClientRect().y + 9))))"
+        assert page.value(f"{seen}{middle}(document.querySelector('dl'))")
+        page.value("document.querySelector('.help').open = false")
         page.drag((100, 60), (120, 60))
         moved = camera(page)
         page.resize(700, 200)

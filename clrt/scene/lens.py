@@ -192,8 +192,8 @@ def _first_beside(center: Array, radius: Array, screen: Array) -> Array:
 
 def _entries(center: Array, radius: Array, screen: Array) -> tuple[Array, Array]:
     """Which spheres lines through the screen meet, and how far ahead of it they first can."""
-    aside = np.maximum(abs(center[:, :2]) - 1.001 * screen, 0)
-    half_chord2 = radius**2 - aside[:, 0] ** 2 - aside[:, 1] ** 2
+    x, y = (np.maximum(abs(center[:, axis]) - 1.001 * screen[axis], 0) for axis in (0, 1))
+    half_chord2 = radius**2 - x**2 - y**2
     met: Array = half_chord2 > 0
     return met, -center[met, 2] - np.sqrt(half_chord2[met])
 
@@ -202,6 +202,8 @@ def behind(camera: Camera, spheres: Spheres, screen: Array, ahead: Any) -> Array
     """Indices of the spheres that an orthographic camera's lines can meet before they have come so
     far ahead."""
     found = [np.zeros(0, np.int64)]
+    if spheres.radius.max(initial=0) <= 2 * np.hypot(*screen.astype(np.float64)):
+        return found[0]  # all count in start(), which is before them by an eighth of that
     for center, radius, first in _seen(camera, spheres, np.float64, np.float64(ahead)):
         met, entry = _entries(center, radius, screen.astype(np.float64))
         found.append(first + np.flatnonzero(met)[entry <= 0])
