@@ -1,9 +1,11 @@
 """The gallery: its commands and programs run, one after the other, and agree."""
 
+import inspect
 import re
 import shlex
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -59,6 +61,21 @@ def test_the_commands_of_how_do_i_run(tmp_path: Path, monkeypatch: pytest.Monkey
         words[words.index("-o") + 1] = str(tmp_path / "shown.png")
         done = CliRunner().invoke(main, words)
         assert done.exit_code == 0, done.stderr
+
+
+def test_the_words_of_how_do_i_are_there() -> None:
+    """Options that `clrt render` takes as they stand in the tables, keywords of clrt.plot."""
+    page = (ROOT / "docs/howto.md").read_text()
+    options = re.findall(r"`(--[^`]+)`", page)
+    assert len(options) > 15
+    render = main.get_command(click.Context(main), "render")
+    assert render is not None
+    for words in options:
+        render.make_context("render", ["four-spheres", *shlex.split(words)])
+    answers = [line.split("|")[2] for line in page.splitlines() if line.startswith("|")]
+    keywords = re.findall(r"[`(, ](\w+)=", " ".join(answers))
+    assert len(keywords) > 10
+    assert set(keywords) <= set(inspect.signature(clrt.plot).parameters)
 
 
 def test_the_pictures_are_the_gallerys() -> None:
