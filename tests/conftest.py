@@ -124,12 +124,14 @@ def lanes(request: pytest.FixtureRequest) -> int:
 
 
 def in_lanes(cases: Iterable[Any], at_one: Container[Any]) -> list[Any]:
-    """Parameters (lanes, case): all cases in 16 lanes and some in one; the others are slow."""
+    """Parameters (lanes, case): all cases in 16 lanes and some in one. Slow: all others in 1 and 4,
+    and those some in 2 and 8."""
     return [
         pytest.param(n, case, id=f"lanes{n}-{case}",
                      marks=[pytest.mark.slow] * (n != 16 and (n != 1 or case not in at_one)))
         for n in LANES
         for case in cases
+        if n in (1, 4, 16) or case in at_one
     ]  # fmt: skip
 
 

@@ -116,7 +116,8 @@ def test_what_is_not_drawn_is_said() -> None:
         arrows()
     with pytest.warns(ParticleWarning, match="bonds: none are found"):
         represented(HERE, bonds=1e-3, bond_radius=0.1)
-    for key, value in (("bond_radius", 0.1), ("bond_color", "red"), ("vector_scale", 2)):
+    looks: dict[str, Any] = {"bond_radius": 0.1, "bond_color": "red", "vector_scale": 2}
+    for key, value in looks.items():
         said = f"{key}: expected {key[: key.index('_')]}s, there are none to draw"
         with pytest.warns(ParticleWarning, match=said):
             represented(HERE, **{key: value})

@@ -108,7 +108,7 @@ def answers_sigint(pid: int) -> bool:
 @pytest.mark.parametrize("words", ["render sunflower --width 1920 --height 1080",
                                    "animate --width 320 --height 180 --frames 0-30"])  # fmt: skip
 def test_ended_at_any_moment(tmp_path: Path, words: str, number: signal.Signals) -> None:
-    """Nothing but the whole file is left, whenever it was; 4 * 25 moments."""
+    """Nothing but the whole file is left, whenever it was; 4 * 12 moments."""
     cache, here = tmp_path / "cache", tmp_path / "here"
     here.mkdir()
     command = [sys.executable, "-m", "clrt", *words.split()]
@@ -130,7 +130,7 @@ def test_ended_at_any_moment(tmp_path: Path, words: str, number: signal.Signals)
     kept = set((cache / "clrt").iterdir())
     moments = random.Random(words)
     ended = 0
-    for _ in range(25):
+    for _ in range(12):
         result.unlink(missing_ok=True)
         process = start()
         # Python's own start is not ours: it has taken Ctrl-C over and clrt has taken it from there.
@@ -147,7 +147,7 @@ def test_ended_at_any_moment(tmp_path: Path, words: str, number: signal.Signals)
         assert set(here.iterdir()) <= {result}
         assert process.returncode != 0 or result.exists()
         ended += process.returncode != 0
-    assert ended > 5
+    assert ended > 3
     # What a process left that was killed as OpenCL started, the next one removes after a while.
     for left in set((cache / "clrt").iterdir()) - kept:
         os.utime(left, (0, 0))

@@ -41,7 +41,7 @@ def rays(scene: clrt.Scene, width: int, height: int) -> tuple[np.ndarray, np.nda
 
 
 # Passes and alpha depend on what the camera sees first alone. Of the cases whose passes one program
-# makes, those of the commonest program for colours have alpha too; the others' are slow.
+# makes, those of the commonest program for colours have alpha too.
 COMMONEST = {
     program_of(case, "passes"): program_of(case)
     for case in sorted(MEASURED, key=lambda case: PROGRAMS[program_of(case)])
@@ -54,10 +54,13 @@ def tried(alpha: bool) -> list[Any]:
     for case in MEASURED:
         commonest = COMMONEST[program_of(case, "passes")] == program_of(case)
         for precision in ["robust", "double"] if case in MEASURED[::8] else ["robust"]:
-            slow = precision == "double" and not is_common(case)
+            own = not is_common(case)
             # What the camera sees first is glass or not, however the path goes on.
-            slow |= alpha and (not commonest or ("glass" in case.name and not is_common(case)))
-            marks = [pytest.mark.slow] * slow
+            if alpha and (
+                not commonest or (own and ("glass" in case.name or precision == "double"))
+            ):
+                continue
+            marks = [pytest.mark.slow] * (precision == "double" and own)
             found.append(pytest.param(case, precision, id=f"{case.name}-{precision}", marks=marks))
     return found
 

@@ -38,6 +38,7 @@ NAMES_AND_TRUTHS = [
 
 
 SOME = ("four-spheres", "sunflower")  # a list and a tree
+SOME_AND_TRUTHS = [case for case in NAMES_AND_TRUTHS if case[0] in SOME]
 
 
 @pytest.fixture(scope="session")
@@ -64,8 +65,9 @@ def check(image: np.ndarray, trace: reference.Trace, flips: int, bound: float = 
 
 
 @pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
-@pytest.mark.parametrize(("name", "truth"), NAMES_AND_TRUTHS)
-def test_robust_against_truth(renderer: Renderer, truths, name, size, truth) -> None:
+@pytest.mark.parametrize(("lanes", "case"), in_lanes(NAMES_AND_TRUTHS, SOME_AND_TRUTHS))
+def test_robust_against_truth(renderer: Renderer, truths, case, size) -> None:
+    name, truth = case
     scene, trace = truths[name, size, truth]
     image = renderer.render(scene, *size)
     assert image.shape == (size[1], size[0], 3)
@@ -86,7 +88,7 @@ def test_paths_are_those_of_the_truth(renderer: Renderer, truths, truth) -> None
 
 @pytest.mark.parametrize(
     ("lanes", "case"),
-    in_lanes(NAMES_AND_TRUTHS, [case for case in NAMES_AND_TRUTHS if case[0] in SOME]),
+    in_lanes(NAMES_AND_TRUTHS, SOME_AND_TRUTHS),
 )
 def test_double_against_truth(double_renderer: Renderer, truths, case) -> None:
     name, truth = case
@@ -403,7 +405,8 @@ def test_every_precision_has_a_background(device: cl.Device, precision) -> None:
 
 @pytest.mark.parametrize("look", LOOKS)
 @pytest.mark.parametrize("dtype", [np.float32, np.uint8, np.uint16])
-def test_a_region_is_the_crop_with_every_step(renderer: Renderer, look: str, dtype) -> None:
+def test_a_region_is_the_crop_with_every_step(device: cl.Device, look: str, dtype) -> None:
+    renderer = renderer_for(device, 16)
     for name in ("four-spheres", "sunflower"):
         scene = looking(LOOKS[look], name)
         whole = renderer.render(scene, 101, 67, dtype=dtype)
