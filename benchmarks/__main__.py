@@ -60,7 +60,9 @@ main.add_command(translucent.command)
 main.add_command(view.command)
 main.add_command(visibility.command)
 
-PARTS = [name for name in main.commands if name != "readme"]
+SHOWN = {part for part, _ in readme.TABLES.values()} | {"pictures"}
+PARTS = [name for name in main.commands if name in SHOWN]
+"""Those of which README.md and docs/ show something; `many` measures what `files` shows."""
 
 
 @main.command("all")
@@ -68,7 +70,7 @@ PARTS = [name for name in main.commands if name != "readme"]
               help="As of `many`.")  # fmt: skip
 @click.pass_obj
 def every(quick: bool, embree: Path | None) -> None:
-    """All parts, one after the other, and then the tables of README.md and docs/.
+    """All parts that README.md and docs/ show, one after the other, and then their tables.
 
     It goes on where it was stopped: a part whose figures are of the clrt/ and kernels/ that are
     committed, and of this CPU, stays. One that was interrupted is measured from its start. It says

@@ -72,7 +72,7 @@ SCENES: dict[str, tuple[Scene, str]] = {
 @click.pass_obj
 def command(quick: bool) -> None:
     """Times four-spheres with each thing that a scene can have and need not."""
-    width, height, turns, frames = (480, 270, 1, 1) if quick else (3840, 2160, 7, 5)
+    width, height, turns, frames = (480, 270, 1, 1) if quick else (3840, 2160, 5, 5)
     contenders: dict[str, Callable[[], float]] = {}
     with Renderer() as renderer:
         for name, (scene, _) in SCENES.items():

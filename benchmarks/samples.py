@@ -87,7 +87,7 @@ CONVERGED: dict[str, Figures] = {
 @click.pass_obj
 def command(quick: bool) -> None:
     """Times samples from 1 to 256, and says how far each picture is from the converged one."""
-    size = (240, 135) if quick else (1920, 1080)
+    size = (240, 135) if quick else (1280, 720)
     with Renderer() as renderer:
         found = {
             "size": size,
@@ -278,7 +278,7 @@ def atoms(data: Any, count: int, albedo: float = ALBEDO) -> Scene:
 def atoms_beside(quick: bool) -> list[Figures]:
     """The whole command, from a file of atoms to a PNG of ATOMS_SIZE. Errors are of its middle, of
     the mean of red, green and blue, as parts of the converged picture's mean."""
-    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, ATOMS, 2, TRUTH)
+    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, ATOMS, 1, TRUTH)
     size, peers = ATOMS_SIZE, ovito_peer.renderers()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "atoms.npz"

@@ -29,7 +29,7 @@ CASES = ("carried", "shared", f"shared, {NETWORK} x slower", "cold", "carried, a
 @click.pass_obj
 def command(quick: bool) -> None:
     """Times the parts of a cluster's work, and simulates 1 to 1000 workers."""
-    size, counts, turns = ((320, 180), (6, 6), 1) if quick else ((1920, 1080), (36, 12), 3)
+    size, counts, turns = ((320, 180), (6, 6), 1) if quick else ((1920, 1080), (36, 12), 2)
     scenes = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -110,7 +110,7 @@ def growth(quick: bool, figures: dict[str, Any]) -> list[Row]:
     scene = clrt.load_scene("four-spheres")
     width, height = (480, 270) if quick else (3840, 2160)
     renderer = Renderer()
-    frames = 3 if quick else 9
+    frames = 3 if quick else 5
 
     def median(of: Scene, w: int, h: int) -> float:
         timed = harness.kernel_time(renderer, of, w, h, np.uint8, frames)

@@ -26,7 +26,7 @@ TARGETS = (
 )
 LANES = (16, 8)
 SCENES = ("four-spheres", "sunflower")
-PRECISIONS: tuple[Precision, ...] = ("robust", "double")
+PRECISIONS: tuple[Precision, ...] = ("robust",)
 LIBRARY = "kernel-x86_64-unknown-linux-gnu-{}.bc"
 
 
