@@ -215,8 +215,10 @@ def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Arra
         RequestError: there are none.
     """
     length = np.linalg.norm(axes, axis=1)
-    along = corners @ axes.T
-    low, high = along.min(axis=0, initial=np.inf), along.max(axis=0, initial=-np.inf)
+    low, high = np.full(len(axes), np.inf), np.full(len(axes), -np.inf)
+    for block in lens.blocks(len(corners)):
+        along = axes @ corners[block].T
+        low, high = np.minimum(low, along.min(axis=1)), np.maximum(high, along.max(axis=1))
     for spheres in parts:
         for block in lens.blocks(len(spheres)):
             center, radius = (

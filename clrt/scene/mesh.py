@@ -214,8 +214,9 @@ def path_tokens(meshes: Sequence[Mesh], first: int) -> Array:
         some = found[start : start + len(mesh)]
         some[:] = first + k + 1
         if mesh.shading == "flat":
-            sides = np.rint(mesh.face_normals * 64).astype(np.int64) + 64  # 0 to 128
-            some ^= (sides @ [1, 1 << 8, 1 << 16] * 0x9E3779B1).astype(np.uint32)
+            for block in blocks(len(mesh)):
+                x, y, z = (np.rint(mesh.face_normals[block].T * 64) + 64).astype(np.int64)  # to 128
+                some[block] ^= ((x + (y << 8) + (z << 16)) * 0x9E3779B1).astype(np.uint32)
         start += len(mesh)
     return found
 
@@ -263,21 +264,45 @@ def _rows_of(key: str, given: ArrayLike | None, counts: tuple[int, ...], what: s
     return found
 
 
+BLOCK = 1 << 14
+"""Faces that are worked on at a time: what is between fits into a core's own memory."""
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Slices of n faces, BLOCK at a time."""
+    return (slice(start, start + BLOCK) for start in range(0, n, BLOCK))
+
+
 def _doubled_areas(vertices: Array, faces: Array) -> Array:
     """(3, m) float64: the cross product of two edges of each face, in a unit in which the longest
-    edge is near 1: so their squares stay in range, be they 1e-200 or 1e200 long."""
+    edge is between 2^-40 and 2: so their squares stay in range, be they 1e-200 or 1e200 long."""
     scale = _near_one(vertices)
-    edges = np.empty((2, 3, len(faces)))
-    for axis in range(3):
-        a, b, c = _along(vertices, faces, axis, scale)
-        np.subtract(b, a, out=edges[0, axis])
-        np.subtract(c, a, out=edges[1, axis])
-    edges *= _near_one(edges)
-    found, (one, other) = np.empty((3, len(faces))), edges
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        np.subtract(one[i] * other[j], one[j] * other[i], out=found[axis])
-    return found
+    found, longest = _crosses(vertices, faces, scale, 1.0)
+    unit = _near_one(longest)
+    return found if unit < 2.0**40 else _crosses(vertices, faces, scale, unit)[0]
+
+
+def _crosses(vertices: Array, faces: Array, scale: float, unit: float) -> tuple[Array, Array]:
+    """The cross product of two edges of each face, (3, m) float64, and their longest side. Corners
+    are multiplied by one power of two, then edges by another."""
+    sides = [np.ascontiguousarray(vertices[:, axis], np.float64) * scale for axis in range(3)]
+    found, longest = np.empty((3, len(faces))), np.zeros(1)
+    one, other = np.empty((3, BLOCK)), np.empty((3, BLOCK))
+    for block in blocks(len(faces)):
+        corners = faces[block].T.astype(np.intp)
+        p, q = one[:, : corners.shape[1]], other[:, : corners.shape[1]]
+        for axis, side in enumerate(sides):
+            a, b, c = side.take(corners)
+            np.subtract(b, a, out=p[axis])
+            np.subtract(c, a, out=q[axis])
+        if unit != 1:
+            p *= unit
+            q *= unit
+        longest = np.maximum(longest, max(p.max(), -p.min(), q.max(), -q.min()))
+        for axis in range(3):
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            np.subtract(p[i] * q[j], p[j] * q[i], out=found[axis, block])
+    return found, longest
 
 
 def _along(vertices: Array, faces: Array, axis: int, scale: float) -> Iterator[Array]:
@@ -294,11 +319,15 @@ def _near_one(values: Array) -> float:
 
 def _unit(vectors: Array) -> Array:
     """Rows of unit length, 0 where they are 0."""
-    # Divided by their largest number first, so that its square is in range.
-    largest = np.maximum(vectors.max(axis=1), -vectors.min(axis=1))[:, np.newaxis]
-    scaled = np.divide(vectors, largest, out=np.zeros(vectors.shape), where=largest > 0)
-    length = np.sqrt(np.einsum("ij,ij->i", scaled, scaled))[:, np.newaxis]
-    found: Array = np.divide(scaled, length, out=scaled, where=length > 0)
+    found = np.zeros(vectors.shape)
+    for block in blocks(len(vectors)):
+        some = np.ascontiguousarray(vectors[block].T)
+        # Divided by their largest number first, so that its square is in range.
+        largest = np.maximum(some.max(axis=0), -some.min(axis=0))
+        there = largest > 0
+        some = some / np.where(there, largest, 1)
+        length = np.sqrt(some[0] * some[0] + (some[1] * some[1] + some[2] * some[2]))
+        found[block] = (some / np.where(there, length, 1)).T
     return found
 
 
@@ -309,15 +338,23 @@ def _is_closed(vertices: Array, faces: Array) -> bool:
 
 def _balanced(faces: Array, n: int) -> bool:
     """Whether each edge between n vertices has two faces in opposite directions."""
-    a, b, c = (faces[:, k].astype(np.int64) for k in range(3))
-    start, end = np.concatenate([a, b, c]), np.concatenate([b, c, a])
-    # Of an edge and its direction; both directions of one edge are neighbours.
-    keys = 2 * (np.minimum(start, end) * n + np.maximum(start, end)) + (start > end)
-    if len(keys) % 2:
+    if len(faces) % 2:
         return False
-    keys.sort()
-    there, back = keys[0::2], keys[1::2]
-    return bool((there % 2 == 0).all() and (back == there + 1).all() and (np.diff(there) > 0).all())
+    # Of an edge and its direction; both directions of one edge are neighbours once sorted.
+    keys = np.empty((len(faces), 3), np.int64)
+    for block in blocks(len(faces)):
+        corners = faces[block].T.astype(np.int64)
+        for k in range(3):
+            start, end = corners[k], corners[(k + 1) % 3]
+            edge = np.minimum(start, end) * n + np.maximum(start, end)
+            keys[block, k] = 2 * edge + (start > end)
+    flat = keys.reshape(-1)
+    flat.sort()
+    for block in blocks(len(flat) // 2):
+        there, back = flat[0::2][block], flat[1::2][block]
+        if (there & 1).any() or (back != there + 1).any():
+            return False
+    return True
 
 
 def _merged(vertices: Array) -> Array:
@@ -342,8 +379,10 @@ def _volume(vertices: Array, faces: Array, areas: Array) -> float:
     holds is less than the sum's error: faces back to back hold nothing."""
     scale, volume, most = _near_one(vertices), 0.0, 0.0
     for axis in range(3):
-        first = next(_along(vertices, faces, axis, scale))
-        first -= first[0]
-        volume += float(first @ areas[axis])
-        most += float(abs(first) @ abs(areas[axis]))
+        side = vertices[:, axis].astype(np.float64) * scale
+        side -= side[faces[0, 0]]
+        for block in blocks(len(faces)):
+            parts = side.take(faces[block, 0]) * areas[axis, block]
+            volume += float(parts.sum())
+            most += float(abs(parts).sum())
     return volume if abs(volume) > 2.0**-40 * most else 0.0

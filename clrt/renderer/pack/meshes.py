@@ -6,7 +6,7 @@ import numpy as np
 
 from clrt.renderer.pack.structs import MAX_COLOR, Array, Real, face_look_dtype
 from clrt.scene import lens
-from clrt.scene.mesh import SHADINGS, Mesh, path_tokens
+from clrt.scene.mesh import SHADINGS, Mesh, blocks, path_tokens
 
 LARGE = 4
 """A face counts as no larger than this many times the middle one where a tree is ordered."""
@@ -46,8 +46,9 @@ def rows(meshes: Sequence[Mesh], origin: Array, scale: float, real: Real) -> Arr
     for mesh in meshes:
         some = found[start : start + len(mesh)]
         corners = ((mesh.vertices - origin) * scale).astype(real)
-        some[:, :9] = corners.take(mesh.faces, axis=0).reshape(-1, 9)
-        some[:, 9] = 0 if mesh.closed else abs(some[:, :9]).max(axis=1)
+        for block in blocks(len(mesh)):
+            some[block, :9] = corners.take(mesh.faces[block], axis=0).reshape(-1, 9)
+            some[block, 9] = 0 if mesh.closed else abs(some[block, :9]).max(axis=1)
         start += len(mesh)
     return found
 
@@ -64,14 +65,17 @@ def tree_keys(meshes: Sequence[Mesh]) -> Array:
     found, start = np.empty((count(meshes), 4), np.float32), 0
     for mesh in meshes:
         keys = found[start : start + len(mesh)]
-        keys[:, 3] = 0
         # Halves, lest two be farther apart than any number.
         places = ((mesh.vertices / 2 - origin / 2) / half).astype(np.float32)
-        for axis in range(3):
-            a, b, c = (places[:, axis].take(mesh.faces[:, k]) for k in range(3))
-            low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-            keys[:, axis] = (low + high) / 2
-            np.maximum(keys[:, 3], high - low, out=keys[:, 3])
+        sides = np.ascontiguousarray(places.T)
+        for block in blocks(len(mesh)):
+            corners, longest = mesh.faces[block].T.astype(np.intp), np.float32(0)
+            for axis, side in enumerate(sides):
+                a, b, c = side.take(corners)
+                low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+                keys[block, axis] = (low + high) / 2
+                longest = np.maximum(longest, high - low)
+            keys[block, 3] = longest
         start += len(mesh)
     np.minimum(found[:, 3], LARGE * np.median(found[:: len(found) // 1000 + 1, 3]), out=found[:, 3])
     return found
