@@ -36,7 +36,8 @@
 //   OPACITY        Surfaces can be seen through.
 //   BACKGROUND     Rays that leave the scene after a mirror see something there.
 //   ROUND          A light is a ball or a disc.
-//   OCCLUSION      What is near hides ambient light.
+//   OCCLUSION      What is near hides ambient light, by rays at random.
+//   NEAR           What is near hides ambient light, in closed form.
 //   LENS           What is out of focus is blurred.
 //   GLOSS          A mirror is rough.
 //   INDIRECT       Surfaces light each other.

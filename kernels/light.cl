@@ -55,19 +55,37 @@ static reals open_sky(const Scene *scene, Ray ray, Vector normal, ints on, Draw 
     return 1 - hidden / SKY_RAYS;
 }
 
-// OCCLUSION: adds light from all sides, where it is not hidden. row: of the first sky's shades.
+// NEAR: the part of a sky that is open over some points, as far as near spheres tell.
+static reals open_by_near(const Scene *scene, Ray ray, Vector normal, ints on, int k) {
+    Hiders most = {0, 0, 0, 0, 1};
+    if (!ANY(on)) return 1;
+    real reach = scene->skies[k];
+    for (int s = 0; s < scene->sphere_count; s++) {
+        __global const Sphere *sphere = scene->spheres + s;
+        int id = TREE ? scene->ids[s] : s;
+        Vector center = minus(splat(sphere->anchor), splat(sphere->offset));
+        most = with_hider(most, minus(center, ray.origin), 1 / sphere->inv_radius, normal, reach,
+                          on & (ray.leaves != id), 1);
+    }
+    if (TREE) most = with_tree(&scene->tree, most, ray, normal, reach, on);
+    return left_by_hiders(most);
+}
+
+// OCCLUSION or NEAR: adds light from all sides, where it is not hidden. row: of the first sky's shades.
 static void add_skies(const Scene *scene, Path *path, const Place *place,
                       __global const Shade *row) {
     ints on = place->shown;
     for (int k = 0; k < scene->sky_count; k++, row += scene->material_count) {
-        reals open = open_sky(scene, path->ray, place->surface.normal, on, path->draw, k);
+        reals open = 1;
+        if (OCCLUSION) open = open_sky(scene, path->ray, place->surface.normal, on, path->draw, k);
+        if (NEAR) open = open_by_near(scene, path->ray, place->surface.normal, on, k);
         reals share = path->weight * open;
         Vector light = shaded(scene, path, place, on, row, 0, 0);
         path->color = pick3(on, along(path->color, share, light), path->color);
     }
 }
 
-// AMBIENT or OCCLUSION: adds light from all sides. Its shades stand behind those of the lights.
+// AMBIENT or OCCLUSION or NEAR: adds light from all sides. Its shades stand behind those of the lights.
 static void add_ambient(const Scene *scene, Path *path, Place *place) {
     ints on = place->reached = place->shown;
     place->missed = 0;
@@ -77,7 +95,7 @@ static void add_ambient(const Scene *scene, Path *path, Place *place) {
         path->color = pick3(on, along(path->color, path->weight, light), path->color);
         row += scene->material_count;
     }
-    if (OCCLUSION) add_skies(scene, path, place, row);
+    if (OCCLUSION || NEAR) add_skies(scene, path, place, row);
 }
 
 // How a light is seen from the places of paths.
@@ -235,7 +253,7 @@ static void add_light(const Scene *scene, Path *path, Place *place, int k) {
 
 // Adds all light that reaches where the path is.
 static void add_lights(const Scene *scene, Path *path, Place *place) {
-    if (AMBIENT || OCCLUSION) add_ambient(scene, path, place);
+    if (AMBIENT || OCCLUSION || NEAR) add_ambient(scene, path, place);
     if (NEST && !ANY(place->shown)) return;  // all lanes are at a far side
     for (int k = 0; k < scene->light_count; k++) add_light(scene, path, place, k);
 }

@@ -30,6 +30,7 @@ BEYOND_PAPER = {
     "split",
     "opacity",
     "round",
+    "near",
     *RANDOM,
     *NO_STAGE,
 }
@@ -39,8 +40,8 @@ SCENES: dict[str, set[str]] = {
     "as the paper": set(USES) - BEYOND_PAPER,
     "edges": {"hashed"}
     | set(USES) - RANDOM - NO_STAGE - MESHES - {"long_lens", "tree", "capsules", "nest", "split"},
-    "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic", "opacity"},
-    "guided": {"gather", "occlusion", "orthographic", "opacity"},
+    "random": {"gather"} | set(USES) - NO_STAGE - {"orthographic", "opacity", "near"},
+    "guided": {"gather", "near", "gloss", "reflection", "orthographic", "opacity"},
 }
 LANES_OF: dict[Precision, dict[str, int]] = {
     "robust": {"edges": 16, "random": 4, "guided": 16}, "literal": {"as the paper": 1},

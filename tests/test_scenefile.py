@@ -236,7 +236,7 @@ def test_builtin_scenes_have_a_picture_beside_them(name: str) -> None:
         (
             "position = [5.0, 5.0, 5.0]",
             "type = 'ambient'\nocclusion = 1",
-            "lights[0].occlusion: expected `bool`, got `int`",
+            "lights[0].occlusion: expected `bool | str`, got `int`",
         ),
         (
             "[camera]",

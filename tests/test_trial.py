@@ -45,7 +45,17 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         or ({"background", "gloss", "indirect"} & some and "reflection" not in some)
         or (
             precision == "literal"
-            and {"nest", "opacity", "round", "long_lens", "tree", "capsules", "faces", *SAMPLED}
+            and {
+                "near",
+                "nest",
+                "opacity",
+                "round",
+                "long_lens",
+                "tree",
+                "capsules",
+                "faces",
+                *SAMPLED,
+            }
             & some
         )
         or (
@@ -54,6 +64,8 @@ def can_be(precision: str, film: str, some: set[str]) -> bool:
         )
         or (film == "paths" and SAMPLED & some)
         or (film == "guides" and not is_random)
+        or (film == "paths" and "near" in some)
+        or {"near", "occlusion"} <= some
         # Where there is one, the film has alpha.
         or (film in ("float", "bytes") and "background" in some)
         # All pixels of few samples and then the edges, or all of many.
@@ -67,13 +79,18 @@ APART: tuple[set[str], ...] = (
     set(),
     *(
         stages | others
-        for stages in ({"hashed", "refine"}, {"refine", *RANDOM}, {"gather", "refine", *RANDOM})
+        for stages in (
+            {"hashed", "refine", "near"},
+            {"refine", *RANDOM},
+            {"gather", "refine", *RANDOM},
+        )
         for others in ({"opacity"}, {"nest", "split", "indirect"})
     ),
 )
 # Of three and more that need one another.
 TOGETHER = [
     {"nest", "reflection", "split"},
+    {"gather", "lens", "near"},
     {"faces", "smooth", "tree"},
     {"faces", "gouraud", "tree"},
     {"corner_colors", "faces", "sphere_colors", "tree"},

@@ -36,6 +36,7 @@ KERNELS = (
     "face",
     "walk",
     "cone",
+    "near",
     "beads",
     "build",
     "film",

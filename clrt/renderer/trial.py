@@ -5,7 +5,7 @@ compared with the reference (benchmarks/NOTES.md: 4 ms). A program that is wrong
 clrt/renderer/maker.py.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from msgspec.structs import replace
@@ -107,8 +107,9 @@ def scene_for(features: Features) -> Scene:
         lights.append(Light((2, 4, 4), diffuse=(0.2, 0.5, 0.1), radius=1e-4))
     if features.ambient:
         lights.append(AmbientLight((0.3, 0.6, 0.3)))
-    if features.occlusion:  # as far as nothing is
-        lights.append(AmbientLight((0.1, 0.1, 0.3), occlusion=True, distance=1e-6))
+    if features.occlusion or features.near:  # as far as nothing is
+        how: Literal[True, "near"] = "near" if features.near else True
+        lights.append(AmbientLight((0.1, 0.1, 0.3), occlusion=how, distance=1e-6))
     if features.gloss:
         matte, ground = (replace(m, roughness=1e-6) for m in (matte, ground))
     if features.light_inside:

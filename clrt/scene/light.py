@@ -4,7 +4,7 @@ clrt/truth/surface.py has the light that each adds at a hit.
 """
 
 import math
-from typing import TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 import msgspec
 from msgspec.structs import force_setattr
@@ -105,8 +105,9 @@ class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=
     """It reaches every point of every surface alike."""
 
     ambient: Color = WHITE
-    occlusion: bool = False
-    """Of each point the light comes from where nothing is in the way."""
+    occlusion: bool | Literal["near"] = False
+    """Of each point the light comes from where nothing is in the way. "near": a preview of that,
+    without noise, by what spheres within four median radii hide each by itself."""
     distance: float = math.inf
     """How far away something can be in the way, world units; infinity: however far."""
 
@@ -114,7 +115,8 @@ class AmbientLight(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=
 
     def __post_init__(self) -> None:
         vectors(self, "ambient")
-        switches(self, "occlusion")
+        if self.occlusion != "near":
+            switches(self, "occlusion")
         number(self, "distance", "a number above 0", lambda far: far > 0, finite=False)
 
 

@@ -16,7 +16,7 @@ from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
 from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.film import Film
-from clrt.scene.light import LIGHT_KINDS, AmbientLight, LightKind
+from clrt.scene.light import LIGHT_KINDS, LightKind
 from clrt.scene.material import Material
 from clrt.scene.mesh import Mesh
 from clrt.scene.rows import Rows
@@ -131,7 +131,7 @@ class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def is_random(self) -> bool:
         """Whether rays are drawn at random, so that each pixel needs many. Round lights alone do
         not make them so: what spheres hide of them has a closed form. What others do has none."""
-        occluded = any(isinstance(light, AmbientLight) and light.occlusion for light in self.lights)
+        occluded = any(getattr(light, "occlusion", False) is True for light in self.lights)
         spread = occluded or self.camera.has_lens or self.is_glossy or self.is_indirect
         is_round = any(getattr(light, "is_round", False) for light in self.lights)
         return spread or (is_round and len(self.capsules) + len(self.meshes) > 0)
@@ -217,7 +217,7 @@ def _spread_light(scene: Scene) -> Iterator[str]:
     """The keys that let a point get light from more than single points."""
     for i, light in enumerate(scene.lights):
         for key in ("radius", "half_angle", "occlusion"):
-            if getattr(light, key, 0) > 0:
+            if getattr(light, key, 0):
                 yield f"{key} of lights[{i}]"
     if scene.indirect:
         yield "indirect"

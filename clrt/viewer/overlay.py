@@ -20,10 +20,6 @@ RUNS = 3
 """zlib's strategy Z_RLE: the quickest where most is empty."""
 
 
-FEW = 16
-"""Samples below which the noise of pictures that are not the last one is filtered."""
-
-
 class Layer(NamedTuple):
     """A PNG with alpha, and where in the picture it begins."""
 
@@ -41,11 +37,6 @@ MOVING: dict[str, Any] = {"cells": (), "labels": (), "scalebar": None, "axes": "
 def bare(scene: Scene) -> Scene:
     """A scene with nothing over its picture."""
     return replace(scene, film=replace(scene.film, **STILL, **MOVING))
-
-
-def clear(scene: Scene) -> Scene:
-    """A scene on its way: with less noise, if it gets few samples."""
-    return replace(scene, film=replace(scene.film, denoise=scene.samples < FEW))
 
 
 def needs_depth(film: Film) -> bool:

@@ -18,8 +18,9 @@ from PIL import Image
 from clrt.errors import ClrtError
 from clrt.figure.rendering import Array, Renderer
 from clrt.files import image
-from clrt.viewer.overlay import Overlay, bare, clear, needs_depth
+from clrt.viewer.overlay import Overlay, bare, needs_depth
 from clrt.viewer.preview import preview
+from clrt.viewer.quick import quick
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Look, Pick, Session, Shot, Shown
 
@@ -209,7 +210,12 @@ class Painter:
         names = ("depth",) if needs_depth(scene.film) else ()
         with self._stage.at_once() if task.moves else nullcontext(self._stage.renderer) as renderer:
             film, passes = renderer.render(
-                clear(bare(scene)), width, height, alpha=False, passes=names, **options
+                quick(bare(scene), moves=task.moves),
+                width,
+                height,
+                alpha=False,
+                passes=names,
+                **options,
             )
         return film, passes.get("depth")
 

@@ -50,6 +50,10 @@ BOUNCES, KINDS, SKY_RAYS = 4, 4, 4
 how many rays each of these gets."""
 
 
+NEAR = 4
+"""So many times the median radius away are spheres that hide ambient light in closed form."""
+
+
 def sampling(features: Features, scene: Scene) -> dict[str, Any]:
     """More of a program's arguments: how many samples a pixel gets, and where they lie in it, see
     clrt.samples.offsets(). Where they are the lanes, x of as many as there are lanes, then y, in
@@ -151,6 +155,8 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
     }
     if world.skies:
         far = np.array([light.distance for light in world.skies], np.longdouble)
+        if not any(sky.occlusion is True for sky in world.skies) and len(world.spheres):
+            far = np.minimum(far, NEAR * np.median(world.spheres.radius))
         found["sky_count"] = np.int32(len(far))
         found["skies"] = np.minimum(space.scale * far, np.finfo(real).max).astype(real)
     if world.nest:

@@ -68,6 +68,8 @@ class Features(msgspec.Struct, frozen=True):
     """Rays that leave the scene after a mirror see something there."""
     round: bool = False
     """A light is a ball or a disc."""
+    near: bool = False
+    """What is near hides ambient light, in closed form."""
     occlusion: bool = False
     """What is near hides ambient light."""
     lens: bool = False
@@ -190,6 +192,7 @@ def features_of(
     adaptive = len(stages(scene, film)) > 1
     random = scene.is_random and film != "paths"
     used = world.materials.values()
+    drawn = any(sky.occlusion is True for sky in world.skies)
     return replace(
         seen,
         reflection=_goes_on(world, scene),
@@ -208,7 +211,8 @@ def features_of(
         round=any(light.is_round for light in world.shining)
         and (random or not (seen.capsules or seen.faces)),
         hashed=adaptive and stage == "picture",
-        occlusion=random and len(world.skies) > 0,
+        near=film != "paths" and len(world.skies) > 0 and not drawn,
+        occlusion=random and drawn,
         lens=random and scene.camera.has_lens,
         gloss=random and scene.is_glossy,
         indirect=random and scene.is_indirect,
