@@ -143,6 +143,7 @@ export function view(root, send, pause = 0) {
       newest = header.number ?? 0;
       context.transferFromImageBitmap(drawn);
       [layers, mark] = [over, header.mark];
+      row.hidden ||= !mark; // others may be there
       cover();
       controls(header);
       if (header.final && header.changes === changes) {
