@@ -1,11 +1,15 @@
 """What has an index: a sphere, a capsule, a face."""
 
+import shlex
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import clrt
 from clrt.viewer import orbit
-from clrt.viewer.subject import of, of_particles
+from clrt.viewer.session import Center, Resize, Session
+from clrt.viewer.subject import of, of_mesh, of_particles
 from clrt.viewer.thing import thing
 
 SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]])
@@ -70,3 +74,18 @@ def test_capsules_of_particles_are_bonds() -> None:
     particles = clrt.Particles(SQUARE, radii=0.3, bonds=np.array([[0, 1]]))
     assert of_particles(particles, {"bonds": True}).capsules == "bond"
     assert of(SCENE).capsules == "capsule"
+
+
+def test_a_face_goes_into_the_command(tmp_path: Path) -> None:
+    """Of a file of a mesh."""
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 3 0 0\nv 0 3 0\nf 1 2 3\n")
+    session = Session(of_mesh(path, {}))
+    session.change(Resize(60, 40))
+    session.marked = 0
+    assert session.shot is not None
+    assert session.shot.name == "face 0"
+    words = shlex.split(session.shot.command)
+    assert words[words.index("--center") + 1] == "1.0,1.0,0.0"
+    session.change(Center())
+    assert session.scene.camera.look_at == pytest.approx((1, 1, 0))

@@ -146,9 +146,10 @@ class Shot(Struct, frozen=True):
         words += ["--samples", str(self.scene.samples)]
         if self.subject.is_trajectory:
             words += ["--frame", str(self.frame)]
-            # Whoever leaves the camera out has in the middle what is marked.
-            if (marked := thing(self.scene, self.marked)) is not None:
-                words += ["--center", ",".join(map(repr, marked.middle))]
+        # Whoever leaves the camera out has in the middle what is marked.
+        marked = thing(self.scene, self.marked)
+        if self.subject.is_figure and marked is not None:
+            words += ["--center", ",".join(map(repr, marked.middle))]
         return shlex.join([*words, "--camera", ", ".join(_toml(self.scene.camera))])
 
     @property

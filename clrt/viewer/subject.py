@@ -77,6 +77,11 @@ class Subject:
     drawn: "Callable[[str, str], Subject] | None" = None
     """The same with another value of one of `look`."""
 
+    @property
+    def is_figure(self) -> bool:
+        """Whether it is drawn of particles or a mesh, as options say, `--center` among them."""
+        return self.seen_by is styles.seen_by
+
     def described(self, scene: Scene, frame: int, index: int) -> dict[str, Any] | None:
         """What is told of the thing of an index: its place, size and material, and a sphere's
         values; None of -1, which is none."""
