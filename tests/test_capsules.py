@@ -92,7 +92,32 @@ def test_written_and_read(many: bool, tmp_path: Path) -> None:
     clrt.save_scene(tmp_path / "a.toml", given)
     found = clrt.load_scene(tmp_path / "a.toml")
     assert Capsules.of(found.capsules) == Capsules.of(read.capsules)
+    assert (tmp_path / "a.capsules.npz").exists() == many
     assert many or [one.color for one in found.capsules] == [None, (1, 0, 0.5)]
+
+
+def test_in_a_file(tmp_path: Path) -> None:
+    table = '[[capsules]]\nfile = "b.npz"\n'
+    given = Capsules(START, END, [1, 2, 3, 4], ["m", "n", "m", "m"], np.ones((4, 3)) / 2)
+    materials = {"m": clrt.Material(), "n": clrt.Material()}
+    clrt.save_scene(tmp_path / "a.toml", Scene(CAMERA, materials=materials, capsules=given))
+    (tmp_path / "a.capsules.npz").rename(tmp_path / "b.npz")
+    text = FILE + "[materials.n]\n" + table
+    found = parse_scene(text, tmp_path).capsules
+    assert (len(found), list(found[2:])) == (6, list(given))
+    with pytest.raises(SceneError, match=r"capsules\[2\]\.radius: expected none beside file"):
+        parse_scene(text + "radius = 1\n", tmp_path)
+    for wrong in ({"start": START}, {"start": START, "end": END, "radius": 1, "colour": 1}):
+        np.savez(tmp_path / "b.npz", **wrong)  # type: ignore[arg-type]
+        with pytest.raises(SceneError, match=r"capsules\[2\]\.file: .*: expected an \.npz file of"):
+            parse_scene(text, tmp_path)
+    for content in (b"", b"PK", b"\x93NUMPY"):
+        (tmp_path / "b.npz").write_bytes(content)
+        with pytest.raises(SceneError, match=r"capsules\[2\]\.file: "):
+            parse_scene(text, tmp_path)
+    (tmp_path / "b.npz").unlink()
+    with pytest.raises(SceneError, match=r"capsules\[2\]\.file: .*: No such file"):
+        parse_scene(text, tmp_path)
 
 
 GLASS = clrt.Material(transmission=0.5)

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
@@ -19,14 +20,14 @@ from clrt.files.particles.suffix import is_particles, reads_it
 from clrt.particles.particlefile import ParticleFile
 from clrt.scene.animation import Animation
 from clrt.scene.camera import Camera
-from clrt.scene.capsules import Capsule
+from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.film import Film
 from clrt.scene.light import LIGHT_KINDS, PointLight
 from clrt.scene.material import Material
 from clrt.scene.mesh import Mesh, Shading
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere
-from clrt.values import Vec3, did_you_mean
+from clrt.values import Vec3, did_you_mean, frozen
 
 T = TypeVar("T")
 MAX_FILE_BYTES = 64 << 20  # bytes: half a million spheres, which take ten seconds to read
@@ -173,7 +174,12 @@ def parse_scene(text: str, folder: Path = Path()) -> Scene:
         tables["lights"] = [_light(table, i) for i, table in enumerate(tables["lights"])]
     if isinstance(tables.get("meshes"), list):
         tables["meshes"] = [_mesh(table, i, folder) for i, table in enumerate(tables["meshes"])]
-    return _convert(tables, Scene, "")
+    listed = tables.get("capsules")
+    if not (isinstance(listed, list) and any(map(_is_in_file, listed))):
+        return _convert(tables, Scene, "")
+    del tables["capsules"]
+    parts = [_capsules(table, f"capsules[{i}]", folder) for i, table in enumerate(listed)]
+    return replace(_convert(tables, Scene, ""), capsules=Capsules.joined(parts))
 
 
 def parse_camera(text: str) -> Camera:
@@ -231,6 +237,28 @@ def _mesh(table: Any, i: int, folder: Path) -> Mesh:
         )
     except SceneError as error:
         raise SceneError(f"{where}.{error}") from None
+
+
+def _is_in_file(table: Any) -> bool:
+    return isinstance(table, dict) and "file" in table
+
+
+def _capsules(table: Any, where: str, folder: Path) -> Capsules:
+    """The capsules of a table: its own, or those of an .npz file, whose arrays are the arguments of
+    clrt.Capsules."""
+    if not _is_in_file(table):
+        return Capsules.of([_convert(table, Capsule, where)])
+    for key in table.keys() - {"file"}:
+        raise SceneError(f"{where}.{key}: expected none beside file")
+    path = folder / str(table["file"])
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            given = {name: frozen(arrays[name]) for name in arrays.files}
+        return Capsules(**given)
+    except (OSError, EOFError, ValueError, TypeError, AttributeError, BadZipFile) as error:
+        said = error.strerror if isinstance(error, OSError) else error
+        expected = "an .npz file of start, end, radius, material and color"
+        raise SceneError(f"{where}.file: {path}: expected {expected}: {said}") from None
 
 
 def _convert(tables: Any, kind: type[T], path: str) -> T:

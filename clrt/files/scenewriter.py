@@ -16,6 +16,7 @@ from clrt.files.image import check_file, written_whole
 from clrt.files.meshes.ply import NORMALS
 from clrt.film import color
 from clrt.particles.particlefile import ParticleFile
+from clrt.scene.capsules import Capsule, Capsules
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.spheres import Sphere, Spheres
@@ -33,7 +34,8 @@ def save_scene(path: str | Path, scene: Scene) -> None:
     """Writes a scene file. Rendered at the same size and precision it gives the same picture.
 
     Files of particles stay where they are, and the scene names them from its folder. Many spheres
-    (clrt.Spheres) go into an .npz file of the same name beside it, large meshes into .ply files.
+    (clrt.Spheres) go into an .npz file of the same name beside it, many capsules (clrt.Capsules)
+    into a .capsules.npz, large meshes into .ply files.
 
     Raises:
         RequestError: the name does not end in .toml, or the file cannot be there.
@@ -52,12 +54,32 @@ def save_scene(path: str | Path, scene: Scene) -> None:
         material = (spheres.names or ("",))[0]
         placed.insert(0, ParticleFile(arrays.name, material=material, opacity=opacity))
         spheres = ()
-    tables = _plain(replace(scene, spheres=spheres, particles=placed, meshes=()))
+    capsules = _capsules(path, scene.capsules)
+    inline = () if capsules else scene.capsules
+    tables = (
+        _plain(replace(scene, spheres=spheres, particles=placed, meshes=(), capsules=inline))
+        | capsules
+    )
     if scene.meshes:
         tables["meshes"] = [_mesh(path, k, mesh) for k, mesh in enumerate(scene.meshes)]
     text = NUMBERS.sub(_one_line, tomli_w.dumps(tables))
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8")
+
+
+def _capsules(path: Path, capsules: Sequence[Capsule]) -> dict[str, Any]:
+    """The table of many capsules, which go into a file beside the scene's; {} of others."""
+    if not isinstance(capsules, Capsules) or not len(capsules):
+        return {}
+    columns = {name: getattr(capsules, name) for name in ("start", "end", "radius")}
+    columns["material"] = np.array(capsules.names)[capsules.material_index]
+    if capsules.color is not None:
+        columns["color"] = capsules.color
+    file = path.with_suffix(".capsules.npz")
+    check_file(file)
+    with written_whole(file) as beside, beside.open("wb") as opened:
+        np.savez(opened, **columns)
+    return {"capsules": [{"file": file.name}]}
 
 
 def _mesh(path: Path, k: int, mesh: Mesh) -> dict[str, Any]:
