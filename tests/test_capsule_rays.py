@@ -18,7 +18,9 @@ from clrt.renderer.pack.structs import PRECISIONS, Precision
 Array = NDArray[Any]
 
 VERDICT, OFF = 5, 8
-"""The bounds of capsule.cl."""
+"""The bounds of capsule.cl. Verdicts are wrong by up to 4.4 of exact tangents: by the rounding of
+f, and of m, which turns it. To sum f.m in twice as many bits changes none of the worst. 4 would
+take the digits that m lacks: some twenty operations a capsule."""
 
 KERNELS = """
 #define ROW(k, from) vload16(0, (from) + (k) * n + i)
