@@ -12,7 +12,7 @@ static Hit nearest_listed(Ray ray, ints on, __global const Sphere *spheres, __gl
         if (!ANY(met)) continue;
         reals root = smaller_root(q);
         if (OPACITY) met &= behind(ray, root, ids[s]);
-        hit = closer_yet(hit, met, root, ids[s], glass);
+        MEET(hit, met, root, ids[s], glass)
     }
     return hit;
 }
@@ -28,7 +28,7 @@ static Hit visible_listed(Ray line, ints on, __global const Sphere *spheres,
         if (!ANY(met)) continue;
         reals root = entry(q);
         if (OPACITY) met &= behind(line, root, ids[s]);
-        hit = closer_yet(hit, met, root, ids[s], glass);
+        MEET(hit, met, root, ids[s], glass)
     }
     return hit;
 }

@@ -126,10 +126,10 @@ static bool nearer_spheres(const Tree *tree, __global const Leaf *leaf, uint bit
         if (!ANY(met)) continue;
         reals root = FIRST_ROOT;
         if (OPACITY) {
-            met &= behind(ray, root, leaf->id[k]) & (root <= end_of(*hit));
+            met &= behind(ray, root, leaf->id[k]) & (root <= END_OF(*hit));
             if (!ANY(met)) continue;
         }
-        *hit = closer_yet(*hit, met, root, leaf->id[k], tree->glass);
+        MEET(*hit, met, root, leaf->id[k], tree->glass)
         found = true;
     }
     return found;

@@ -109,7 +109,7 @@ static void nearest_capsule(const Tree *tree, __global const CapsuleLeaf *leaf, 
     __private const real *first = (__private const real *)all;
     for (uint bits = wide_bits(met); bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        take_nearer(tree, distance, id, first[k], leaf->id[k]);
+        TAKE_NEARER(tree, distance, id, first[k], leaf->id[k])
     }
 }
 
@@ -154,10 +154,10 @@ static bool nearer_capsules(const Tree *tree, __global const CapsuleLeaf *leaf, 
         if (!ANY(met)) continue;
         CAPSULE_HIT(reals, ints)
         if (OPACITY) {
-            met &= behind(ray, t, leaf->id[k]) & (t <= end_of(*hit));
+            met &= behind(ray, t, leaf->id[k]) & (t <= END_OF(*hit));
             if (!ANY(met)) continue;
         }
-        *hit = closer_yet(*hit, met, t, leaf->id[k], tree->glass);
+        MEET(*hit, met, t, leaf->id[k], tree->glass)
         found = true;
     }
     return found;

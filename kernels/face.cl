@@ -114,7 +114,7 @@ static void nearest_face(const Tree *tree, __global const FaceLeaf *leaf, const 
     __private const real *at = (__private const real *)all;
     for (uint bits = wide_bits(met); bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        take_nearer(tree, distance, id, at[k], leaf->id[k]);
+        TAKE_NEARER(tree, distance, id, at[k], leaf->id[k])
     }
 }
 
@@ -192,10 +192,10 @@ static bool nearer_faces(const Tree *tree, __global const FaceLeaf *leaf, uint b
         reals distance = FACE_DISTANCE(shears);
         met &= distance > 0;
         if (OPACITY) {
-            met &= behind(ray, distance, leaf->id[j]) & (distance <= end_of(*hit));
+            met &= behind(ray, distance, leaf->id[j]) & (distance <= END_OF(*hit));
             if (!ANY(met)) continue;
         }
-        *hit = closer_yet(*hit, met, distance, leaf->id[j], tree->glass);
+        MEET(*hit, met, distance, leaf->id[j], tree->glass)
         found = true;
     }
     return found;

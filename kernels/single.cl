@@ -116,9 +116,9 @@ static uint boxes_on_ray(const Slabs *slabs, __global const Node *node, real sta
     int16 id_ = *(__global const int16 *)(leaf)->id;                                               \
     wide_ints met = (delta > 0) & (b < 0) & (c > 0) & near_sides(ray, TO_WIDE_INTS(id_));
 
-// TREE: puts thing `id` of a scene where it is nearer than what a ray has met. OPACITY: the HITS nearest
-// are kept, each a packet's lane away from the last, and what is opaque hides those behind it.
-static void take_nearer(const Tree *tree, real *distance, INTEGER *ids, real at, INTEGER id) {
+// OPACITY and TREE: puts thing `id` of a scene among the HITS nearest of a ray, each of which is as many
+// numbers from the last as there are lanes. What is opaque hides those behind it.
+static void take_its_place(const Tree *tree, real *distance, INTEGER *ids, real at, INTEGER id) {
     int k = HITS - 1;
     if (!(at < distance[k * LANES] || (at == distance[k * LANES] && id < ids[k * LANES]))) return;
     for (; k > 0; k--) {
@@ -129,12 +129,21 @@ static void take_nearer(const Tree *tree, real *distance, INTEGER *ids, real at,
     }
     distance[k * LANES] = at;
     ids[k * LANES] = id;
-    if (!OPACITY || OPACITY_OF(tree->glass[id]) < 1) return;
+    if (OPACITY_OF(tree->glass[id]) < 1) return;
     for (k++; k < HITS; k++) {
         distance[k * LANES] = at;
         ids[k * LANES] = NO_MORE;
     }
 }
+
+// Thing `number` of a leaf where it is nearer than what a ray has met.
+#define TAKE_NEARER(tree, distance, ids, at, number)                           \
+    if (OPACITY) {                                                             \
+        take_its_place(tree, distance, ids, at, number);                       \
+    } else if (at < *(distance) || (at == *(distance) && (number) < *(ids))) { \
+        *(distance) = at;                                                      \
+        *(ids) = number;                                                       \
+    }
 
 // TREE: the sphere of a leaf that a ray meets before `distance`, if there is one.
 static void nearest_sphere(const Tree *tree, __global const Leaf *leaf, const Single *ray,
@@ -150,7 +159,7 @@ static void nearest_sphere(const Tree *tree, __global const Leaf *leaf, const Si
     __private const real *root = (__private const real *)all;
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
-        take_nearer(tree, distance, sphere, root[k], leaf->id[k]);
+        TAKE_NEARER(tree, distance, sphere, root[k], leaf->id[k])
     }
 }
 

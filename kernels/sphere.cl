@@ -213,13 +213,13 @@ typedef struct {
 typedef struct {
     ints id;         // of what is hit first; -1: nothing
     reals distance;  // in units of the ray's direction
-    int common;      // if any lane hits, the sphere that was last found closer in any of them
     Later later[ROOM(OPACITY && TREE)];
+    int common;  // if any lane hits, the sphere that was last found closer in any of them
 } Hit;
 
 // Of lanes that have hit nothing yet.
 static Hit no_hit(void) {
-    Hit none = {-1, INFINITY, 0};
+    Hit none = {.id = -1, .distance = INFINITY};
     if (OPACITY && TREE) {
         FOR_EACH_LATER(none.later[0].distance[a] = INFINITY; none.later[0].id[a] = -1)
     }

@@ -35,9 +35,10 @@ static Ray ray_of_tile(const Tile *tile, int block) {
 
 // TILES: a packet's hits so far, and new ones.
 static Hit hit_of_tile(const Tile *tile, int block) {
-    Hit hit = {tile->id[block], tile->distance[block], 0};
-    if (OPACITY)
+    Hit hit = {.id = tile->id[block], .distance = tile->distance[block]};
+    if (OPACITY) {
         FOR_EACH_LATER(hit.later[0].distance[a] = hit.distance; hit.later[0].id[a] = NO_MORE)
+    }
     return hit;
 }
 static void set_hit(Tile *tile, int block, Hit hit) {

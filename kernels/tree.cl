@@ -196,11 +196,8 @@ static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
 // TREE: how many things a walk finds.
 #define HITS (OPACITY ? LATER + 1 : 1)
 
-// TREE: the distance from which on nothing is looked for.
-static reals end_of(Hit hit) {
-    if (!OPACITY) return hit.distance;
-    return hit.later[0].distance[LATER - 1];
-}
+// The distance from which on nothing is looked for.
+#define END_OF(hit) (OPACITY ? (hit).later[0].distance[LATER - 1] : (hit).distance)
 
 // OPACITY and TREE: in those lanes nothing is seen behind that distance.
 static Hit hidden_behind(Hit hit, ints mask, reals distance) {
@@ -222,10 +219,9 @@ static void order_two(reals *first, ints *first_id, reals *second, ints *second_
     *second_id = PICK_INT(mask, id, *second_id);
 }
 
-// TREE: thing `id` of a scene where it is met nearer than what was hit before. OPACITY: or than what is
+// OPACITY and TREE: thing `id` of a scene where it is met nearer than what was hit before, or than what is
 // behind that.
-static Hit closer_yet(Hit hit, ints met, reals distance, int id, __global const Glass *glass) {
-    if (!OPACITY) return closer_of(hit, met, distance, id);
+static Hit placed(Hit hit, ints met, reals distance, int id, __global const Glass *glass) {
     reals further = distance;
     ints further_id = id;
     order_two(&hit.distance, &hit.id, &further, &further_id, met);
@@ -233,6 +229,14 @@ static Hit closer_yet(Hit hit, ints met, reals distance, int id, __global const 
         order_two(hit.later[0].distance + a, hit.later[0].id + a, &further, &further_id, met))
     return OPACITY_OF(glass[id]) < 1 ? hit : hidden_behind(hit, met, distance);
 }
+
+// Thing `id` where it is met nearer than what was hit before.
+#define MEET(hit, met, distance, id, glass)          \
+    if (OPACITY) {                                   \
+        hit = placed(hit, met, distance, id, glass); \
+    } else {                                         \
+        hit = closer_of(hit, met, distance, id);     \
+    }
 
 // TREE: child k of node e: a node, or from node_count on a leaf.
 static int child_of(const Shape *shape, int e, int k) {

@@ -58,19 +58,19 @@ static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, 
     return left_by_spheres(tree, leaf, bits, left, ray, distance, on, near);
 }
 
-// TREE: what a ray meets before `distance`, if there is something. OPACITY: the nearest, see take_nearer().
+// TREE: what a ray meets before `distance`, if there is something. OPACITY: the nearest, see Later.
 static void nearest_single(const Tree *tree, int kind, const Single *ray, real *distance,
                            INTEGER *id) {
     Slabs slabs = slabs_of(ray);
     real start = 0;
     if (OPACITY) start = fmax(ray->passed[0].distance, start);
-    const real *end = distance + (HITS - 1) * LANES;
     int stack[STACK], top = 0;
     real starts[STACK];
     for (int e = 0; e >= 0;) {
         if (e < tree->shape.node_count) {
             wides begins;
-            uint bits = boxes_on_ray(&slabs, tree->nodes + e, start, *end, &begins);
+            uint bits =
+                boxes_on_ray(&slabs, tree->nodes + e, start, distance[(HITS - 1) * LANES], &begins);
             if (bits) {
                 e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
                 continue;
@@ -78,7 +78,7 @@ static void nearest_single(const Tree *tree, int kind, const Single *ray, real *
         } else {
             nearest_of_leaf(tree, kind, leaf_of(tree, kind, e), ray, distance, id);
         }
-        e = next_of(stack, starts, &top, *end);
+        e = next_of(stack, starts, &top, distance[(HITS - 1) * LANES]);
     }
 }
 
@@ -122,7 +122,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
     Hit hit = *found;
     int stack[STACK], top = 0, left = tree->shape.budget * HITS, e = 0;
     real starts[STACK];
-    real end = beam_end(&beam, ray.origin, ray.direction, end_of(hit), on, slack);
+    real end = beam_end(&beam, ray.origin, ray.direction, END_OF(hit), on, slack);
     while (e >= 0 && left > 0) {
         if (e < tree->shape.node_count) {
             wides begins;
@@ -137,7 +137,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
             uint bits = leaf_in_beam(tree, kind, leaf, &beam, end);
             left -= popcount(bits);
             if (nearer_in_leaf(tree, kind, leaf, bits, &beam, &hit, ray, on))
-                end = beam_end(&beam, ray.origin, ray.direction, end_of(hit), on, slack);
+                end = beam_end(&beam, ray.origin, ray.direction, END_OF(hit), on, slack);
         }
         e = next_of(stack, starts, &top, end);
     }
