@@ -5,6 +5,7 @@ one of an older version.
 """
 
 import hashlib
+import itertools
 import os
 import re
 import shlex
@@ -55,7 +56,8 @@ COMMANDS = {
 @click.pass_obj
 def command(quick: bool, words: tuple[str, ...]) -> None:
     """Makes the pictures of the pages anew; with WORDs only those whose path has one of them."""
-    for path in [] if quick else [*others(words), *gallery(words)]:
+    made = iter(()) if quick else itertools.chain(others(words), gallery(words))
+    for path in made:
         print(f"{path}: {(ROOT / path).stat().st_size / 1e3:.0f} kB", flush=True)
     hashes = {path: hashed(path) for path in sorted(shown()) if not path.startswith(PLOTS)}
     if not words:

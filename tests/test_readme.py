@@ -4,6 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
+import clrt
 from benchmarks import harness, newcomer, pictures, readme
 
 
@@ -54,3 +55,13 @@ def test_the_readme_gives_each_step_of_a_newcomer() -> None:
         ["python", "points.py"],
         ["clrt", "render"],
     ]
+
+
+def test_no_table_or_picture_is_of_another_version() -> None:
+    """Else: python -m benchmarks all."""
+    parts = {part for part, _ in readme.TABLES.values()} | {"pictures"}
+    said = {part: json.loads((harness.RESULTS / f"{part}.json").read_text()) for part in parts}
+    versions = {part: figures["machine"]["clrt"] for part, figures in said.items()}
+    assert versions == dict.fromkeys(parts, clrt.__version__)
+    shown = {path for path in pictures.shown() if not path.startswith(pictures.PLOTS)}
+    assert said["pictures"]["pictures"] == {path: pictures.hashed(path) for path in shown}
