@@ -302,12 +302,13 @@ def test_it_is_finite(render, light) -> None:
 
 
 def test_samples_do_not_change_it(render) -> None:
-    """But at the edge of the umbra, where paths end."""
+    """But at the edge of the umbra, where paths end, and at the picture's border, beyond which there
+    may be one."""
     image = render(scene(LAMP, BALL), SIZE)
     sampled = render(scene(LAMP, BALL, samples=64), SIZE)
     same = (sampled == image).all(axis=2) | metrics.edges(image[..., 0] == 0)
     soft = (image[..., 0] > 0) & (image[..., 0] < 1)
-    assert same.all()
+    assert same[1:-1, 1:-1].all()
     assert (same & soft).mean() > 0.3
 
 
