@@ -32,7 +32,8 @@ __kernel void pairs(__global const real *rays, __global const Face *faces,
                   {rays[6 * i + 3], rays[6 * i + 4], rays[6 * i + 5]}, -1};
     real distance = INFINITY;
     INTEGER id = -1;
-    nearest_face(leaf, &ray, &distance, &id);
+    Tree tree = {0};
+    nearest_face(&tree, leaf, &ray, &distance, &id);
     found[i] = distance;
 }
 """
