@@ -27,7 +27,7 @@
 #define COVERED REAL(0.5)
 #define DEEPER REAL(16.0)
 // How much noise explains of a difference, and how steep a plane may be.
-#define NOISY REAL(2.0)
+#define NOISY REAL(1.0)
 #define STIFF REAL(0.0002)
 // Lest something is divided by 0: less than a byte's step of albedo, of light, of alpha.
 #define SOME REAL(0.02)

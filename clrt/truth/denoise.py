@@ -12,7 +12,7 @@ AROUND = [
 ]
 APART, TURNED, TINTED, COVERED, DEEPER = 3.5, 0.85, 0.2, 0.5, 16.0
 """Where a neighbour counts for nothing, see denoise.cl, as the rest."""
-NOISY, STIFF = 2.0, 0.0002
+NOISY, STIFF = 1.0, 0.0002
 SOME, LITTLE, LEAST_ALPHA, UNKNOWN = 0.02, 1e-6, 1e-4, 1e15
 
 
