@@ -118,7 +118,7 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """From the first depth to the second, world units, colours go over into the background. Two
     zeros: they do not."""
     denoise: bool = False
-    """What is drawn at random is filtered, by what neighbours show, below 64 samples."""
+    """What is drawn at random is filtered, by what neighbours show, below 16 samples."""
     colorbar: str = ""
     """The label of a colour bar, or of a legend if there is one; " ": neither has one. "": none is
     drawn."""

@@ -140,7 +140,7 @@ lens.middle_size(), and how many each pixel then gets (benchmarks/NOTES.md)."""
 Stage: TypeAlias = Literal["picture", "edges"]
 
 
-ENOUGH = 64
+ENOUGH = 16
 """Samples of a pixel from which on a filter of noise spoils more than it mends, in some pictures
 (benchmarks/NOTES.md)."""
 
