@@ -45,6 +45,7 @@ COMMANDS = {
     "docs/linear.png": f"clrt render -o docs/linear.png {SMALL}",
     "docs/srgb.png": f"clrt render -o docs/srgb.png {SMALL} --transfer srgb",
     "docs/color-bar.png": "python examples/color_bar.py",
+    "docs/opacity.webp": "python examples/protein_in_water.py",
     "docs/words.png": "python examples/words.py",
     "docs/visible-surfaces.png": "python examples/visible_surfaces.py",
     "docs/view.webp": "scripts/view_picture",

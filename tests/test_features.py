@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from test_trial import EVERY
 
 from clrt.renderer import trial
-from clrt.renderer.pack.features import USES, Features, features_of, stages
+from clrt.renderer.pack.features import ENOUGH, USES, Features, features_of, stages
 from clrt.renderer.pack.structs import FILMS, PRECISIONS, FilmKind, Precision
 from clrt.renderer.pack.world import pack_world
 from clrt.scene.scene import Scene
@@ -66,7 +66,9 @@ def scene_of(precision: Precision, name: str, picture: str) -> Scene:
     uses = SCENES[name] - ({"background"} if picture in ("float", "bytes") else set())
     wanted = Features(LANES_OF[precision][name], precision, "float", **dict.fromkeys(uses, True))
     made = trial.scene_for(wanted)
-    return replace(made, film=replace(made.film, denoise=True)) if picture == "guides" else made
+    if picture == "guides":
+        return replace(made, film=replace(made.film, denoise=True), samples=ENOUGH - 1)
+    return made
 
 
 def programs(precision: Precision, name: str, picture: str) -> Iterator[Features]:

@@ -24,7 +24,7 @@ SCALES = (1.0, 0.75, 0.5, 0.375, 1 / 3)
 ones nobody sees what moves, so a scene that takes longer gets fewer pictures instead."""
 AGAIN = 60
 """Pictures after which a size is tried again that took too long."""
-GAIN = 0.85
+GAIN = 0.75
 """Of the time that a picture takes, at most, if it was worth it to make it smaller. Its pixels are
 at most 0.57 as many: where they take the time, it takes less than that."""
 SAYS = 0.25

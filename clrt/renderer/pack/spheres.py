@@ -45,7 +45,8 @@ def reach(spheres: Spheres, origin: Array) -> tuple[float, Array]:
     for block in lens.blocks(len(spheres)):
         radius = spheres.radius[block].astype(np.float64)
         x, y, z = (_apart(spheres.center[block], origin, axis) for axis in range(3))
-        distance = np.sqrt(x * x + y * y + z * z)
+        with np.errstate(over="ignore"):  # then it is infinite, and refused with all that is so far
+            distance = np.sqrt(x * x + y * y + z * z)
         surface = abs(distance - radius)
         giant = radius > GIANT * surface
         farthest = max(farthest, float(np.where(giant, surface, distance + radius).max(initial=0)))
