@@ -302,8 +302,8 @@ def test_it_is_finite(render, light) -> None:
 
 
 def test_samples_do_not_change_it(render) -> None:
-    """But at the edge of the umbra, where paths end, and at the picture's border, beyond which there
-    may be one."""
+    """But at the edge of the umbra, where paths end, and at the picture's border, where one may lie
+    outside."""
     image = render(scene(LAMP, BALL), SIZE)
     sampled = render(scene(LAMP, BALL, samples=64), SIZE)
     same = (sampled == image).all(axis=2) | metrics.edges(image[..., 0] == 0)
