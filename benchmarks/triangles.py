@@ -209,7 +209,7 @@ def tile_leaks(device: cl.Device, rays: int, side: int = 1024, **options: Any) -
 def command(quick: bool) -> None:
     """Rays from inside of a closed mesh, a third each at corners, at edges and anywhere: how many
     pass between its faces, by each way to trace them, and by plain products."""
-    device, mesh, rays = find_device(), ball(71), 10**5 if quick else 10**7
+    device, mesh, rays = find_device(), ball(71), 10**5 if quick else 10**8
     found = []
     for way in [*WAYS, {"plain": True}]:
         cast, missed = leaks(device, mesh, rays, **way)
