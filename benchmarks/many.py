@@ -7,7 +7,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -160,29 +161,37 @@ def command(quick: bool, embree: Path | None) -> None:
     plot(figures, folder / "many.png")
 
 
+@contextmanager
+def trees_from(count: int) -> Iterator[None]:
+    """Scenes of that many spheres and more have a tree."""
+    saved, needs.TREE_FROM = needs.TREE_FROM, count
+    try:
+        yield
+    finally:
+        needs.TREE_FROM = saved
+
+
 def measure(
     spheres: Array, depth: int, size: tuple[int, int], turns: int, embree: Path | None
 ) -> dict[str, Any]:
     """Seconds: to build, to pack and fit for each picture, to trace; by the list; by Embree."""
     scene = scene_of(spheres, depth)
     frames = 5 if len(spheres) <= 10**5 else 3
-    saved = needs.TREE_FROM
     contenders: dict[str, Callable[[], float]] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            needs.TREE_FROM = 0
-            renderer = Renderer()
-            contenders["trace"] = harness.kernel_time(renderer, scene, *size, np.float32, frames)
-            contenders["trace"]()  # packs and builds, with a tree however few there are
-            contenders["seen"] = first_hits(renderer, replace(scene, lights=()), size, frames)
-            contenders["seen"]()
-            if len(spheres) <= LINEAR_TO:
-                needs.TREE_FROM = sys.maxsize
+    with tempfile.TemporaryDirectory() as folder, trees_from(0):  # however few there are
+        renderer = Renderer()
+        contenders["trace"] = harness.kernel_time(renderer, scene, *size, np.float32, frames)
+        contenders["trace"]()  # packs and builds
+        contenders["seen"] = first_hits(renderer, replace(scene, lights=()), size, frames)
+        contenders["seen"]()
+        features, kernels = used = renderer._programs_of(scene, ["float"])["float"][0]
+        world = renderer._dispatcher.world(scene)
+        assert features.tree
+        if len(spheres) <= LINEAR_TO:
+            with trees_from(sys.maxsize):
                 listed = Renderer()
                 contenders["list"] = harness.kernel_time(listed, scene, *size, np.float32, 1)
                 contenders["list"]()
-        finally:
-            needs.TREE_FROM = saved
         builds: list[float] = []
         if embree is not None:
             path = Path(folder) / "spheres.f32"
@@ -197,22 +206,19 @@ def measure(
 
             contenders["embree"] = other
         seconds = harness.in_turn(contenders, turns)
-    features, kernels = used = renderer._programs_of(scene, ["float"])["float"][0]
-    world = renderer._dispatcher.world(scene)
-    assert features.tree
 
-    def build() -> None:
-        Tree(tree_keys(world.spheres), renderer._queue, kernels)
+        def build() -> None:
+            Tree(tree_keys(world.spheres), renderer._queue, kernels)
 
-    def fit() -> None:
-        renderer._dispatcher.arguments(scene, *size, used, np.inf)
-        renderer._queue.finish()
+        def fit() -> None:
+            renderer._dispatcher.arguments(scene, *size, used, np.inf)
+            renderer._queue.finish()
 
-    if shutil.which("povray") and len(spheres) in POVRAY:
-        seconds["povray"] = [povray_peer.render(scene, *size)[1]]  # once: it takes seconds
-    found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}
-    for what, run in (("build", build), ("picture", fit)):
-        found[what] = harness.summary([harness.wall(run)() for _ in range(turns + 1)][1:])
+        if shutil.which("povray") and len(spheres) in POVRAY:
+            seconds["povray"] = [povray_peer.render(scene, *size)[1]]  # once: it takes seconds
+        found: dict[str, Any] = {what: harness.summary(taken) for what, taken in seconds.items()}
+        for what, run in (("build", build), ("picture", fit)):
+            found[what] = harness.summary([harness.wall(run)() for _ in range(turns + 1)][1:])
     if builds:
         found["embree_build"] = harness.summary(builds)
     return found
