@@ -429,6 +429,7 @@ def plot(figures: Figures, path: Path) -> None:
     right.set(title="100,000 atoms", xlabel="whole command, s", ylabel="rmse / mean")
     for axes in (left, centre, right):
         axes.tick_params(labelsize=15)
+        axes.xaxis.set_minor_formatter("")  # they would overlap
         for words in (axes.title, axes.xaxis.label, axes.yaxis.label):
             words.set_fontsize(17)
         axes.legend(fontsize=14, loc="lower center", bbox_to_anchor=(0.45, 1.07))
