@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from clrt.figure import compose, sources
 from clrt.figure.captions import captioned
 from clrt.figure.compose import Look
+from clrt.figure.meaning import joint
 from clrt.files.meshes.reader import is_mesh
 from clrt.files.particles import series
 from clrt.motion.animation import checked
@@ -49,8 +50,7 @@ class Surfaces:
                 mesh = self._look(frame).mesh
                 if mesh is not None and mesh.clim is not None:
                     ends.append(mesh.clim)
-            low, high = zip(*ends, strict=True)
-            self._given = look | {"clim": (min(low), max(high))}
+            self._given = look | {"clim": joint(ends)}
             first = self._look(0)
         self._first = compose.mesh_scene(first)
         self.said = replace(self._first, meshes=())
