@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from clrt.commands.loading import kind_of
 from clrt.errors import SceneError, named
 
 if TYPE_CHECKING:
@@ -22,26 +23,21 @@ def check(scene: str) -> None:
     """Checks SCENE, a built-in scene's name or a TOML file, and says what is in it; or says what a
     file of particles holds: its columns, which expressions can name, and what is not used; or of
     a mesh whether it is closed."""
-    from clrt.files.meshes.reader import is_mesh
-    from clrt.files.particles.suffix import is_particles
+    said = {"mesh": _mesh, "particles": _particles, "scene": _scene}[kind_of(scene, {})]
+    for line in said(scene):
+        click.echo(line)
 
-    if is_mesh(Path(scene)):
-        for line in _mesh(scene):
-            click.echo(line)
-        return
-    if is_particles(Path(scene)):
-        for line in _particles(scene):
-            click.echo(line)
-        return
+
+def _scene(path: str) -> Iterator[str]:
     from clrt.figure.resolver import resolved
     from clrt.files.scenefile import load_scene
     from clrt.motion import animation
 
-    loaded = load_scene(scene)
-    with named(scene, SceneError):
+    loaded = load_scene(path)
+    with named(path, SceneError):
         loaded = resolved(loaded)
     if loaded.animation is not None:
-        with named(scene, SceneError):
+        with named(path, SceneError):
             animation.Way(loaded).check(animation.all_frames(loaded))
     capsules, faces = len(loaded.capsules), sum(map(len, loaded.meshes))
     parts = [
@@ -51,8 +47,8 @@ def check(scene: str) -> None:
         _count(len(loaded.materials), "material"),
         _count(len(loaded.lights), "light"),
     ]
-    click.echo(
-        f"{scene}: {', '.join(parts)}, max_depth {loaded.max_depth}, "
+    yield (
+        f"{path}: {', '.join(parts)}, max_depth {loaded.max_depth}, "
         f"shadow_bias {loaded.shadow_bias:g}"
     )
 

@@ -1,6 +1,8 @@
-"""Loading: scenes with the values that options give in place of their own."""
+"""Loading: what a source is, and scenes with the values of options in place of their own."""
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 from clrt.errors import RequestError
 
@@ -10,6 +12,18 @@ if TYPE_CHECKING:
     from clrt.scene.scene import Scene
 
 T = TypeVar("T", bound="Struct")
+
+Kind: TypeAlias = Literal["mesh", "particles", "scene"]
+
+
+def kind_of(source: str, reading: Mapping[str, str]) -> Kind:
+    """What a source is, by its name, or by what is said of how particles are read."""
+    from clrt.files.meshes.reader import is_mesh
+    from clrt.files.particles.suffix import is_particles
+
+    if not reading and is_mesh(Path(source)):
+        return "mesh"
+    return "particles" if "format" in reading or is_particles(Path(source)) else "scene"
 
 
 def changed(given: T, **options: Any) -> T:

@@ -1,7 +1,6 @@
 """clrt render: a picture of a scene, or of particles."""
 
 import resource
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from clrt.commands.groups import Grouped
-from clrt.commands.loading import changed, opened
+from clrt.commands.loading import Kind, changed, kind_of, opened
 from clrt.commands.options import (
     RenderingOptions,
     film_options,
     rendering_options,
     scene_options,
-    stem_of,
 )
 from clrt.commands.particles import (
     PARTICLE_KEYS,
@@ -23,13 +21,21 @@ from clrt.commands.particles import (
     particle_options,
     reading_options,
 )
-from clrt.commands.terminal import Progress, say
+from clrt.commands.picture import Picture, asked
+from clrt.commands.terminal import say
 from clrt.errors import RequestError, SceneError, called, named
 
 if TYPE_CHECKING:
     from clrt.figure.compose import Look
     from clrt.renderer.checks import Region
+    from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
+
+USUAL_SIZE: dict[Kind, tuple[int, int]] = {
+    "mesh": (1920, 1080),
+    "particles": (1920, 1080),
+    "scene": (3840, 2160),
+}
 
 
 @click.command(cls=Grouped)
@@ -136,100 +142,58 @@ def render(
     to "Where they are seen from" are for files of particles.
     """
     started = time.perf_counter()
-    from clrt.figure import resolver, styles
-    from clrt.figure.apart import picture_and_words
-    from clrt.files import vector
-    from clrt.files.image import check_apart, check_output, check_suffix, film_dtype, save
-    from clrt.files.meshes.reader import is_mesh
-    from clrt.files.particles.suffix import is_particles
-    from clrt.opencl.device import label
-    from clrt.renderer.checks import check_passes, check_region, check_size
-
-    output = output or Path(f"{stem_of(scene)}.png")
-    if to_stdout := str(output) == "-":
-        output = Path(f"stdout.{output_format or 'png'}")
-    elif output_format is not None:
-        raise RequestError("--output-format: expected -o -: else the suffix tells")
-    has_mesh = not reading and is_mesh(Path(scene))
-    if has_mesh and frame is not None:
+    kind = kind_of(scene, reading)
+    if kind == "mesh" and frame is not None:
         raise RequestError(f"--frame: expected a file of particles, {scene} is a mesh")
-    if has_particles := has_mesh or "format" in reading or is_particles(Path(scene)):
-        width, height = width or 1920, height or 1080
-    else:
+    if kind == "scene":
         only_for_particles(scene, **drawn, **reading, frame=frame, save_scene=save_scene)
-        width, height = width or 3840, height or 2160
-    left, top, right, bottom = check_region(region, *check_size(width, height))
-    names = None if passes is None else check_passes(passes.split(","))
-    check_suffix(output)
-    if (is_vector := output.suffix.lower() in vector.SUFFIXES) and region is not None:
-        raise RequestError(f"--region: expected a format of pixels, {output} has words")
-    if not to_stdout:
-        check_apart(output, Path(scene))
+    usual = USUAL_SIZE[kind]
+    size = width or usual[0], height or usual[1]
+    picture = asked(scene, output, output_format, size, region, passes, bits)
     look = {"samples": rendering.samples, **film}
-    drawing = None
-    if has_particles:
-        look |= {"size": (width, height), **drawn}
-        loaded, drawing = _figure(Path(scene), has_mesh, frame or 0, look, reading)
-        if changes["camera"] is not None:
-            loaded = styles.seen_by(loaded, changes["camera"])
+    drawing, command = None, ""  # of particles none: made by clrt.plot it is the same file
+    if kind == "scene":
+        loaded, command = _scene(scene, look, context.obj)
     else:
-        loaded = opened(scene, **look)
-        has_particles = len(loaded.particles) > 0
-        with named(scene, SceneError):
-            loaded = resolver.resolved(loaded)
+        look |= {"size": size, **drawn}
+        loaded, drawing = _figure(Path(scene), kind, frame or 0, look, reading)
+        loaded = _seen_by(loaded, changes["camera"])
     loaded = changed(loaded, **changes)
-    alpha, dtype = loaded.film.transparent, film_dtype(output, bits)
-    size = right - left, bottom - top
-    check_output(output, *size, alpha=alpha, bits=bits, passes=names is not None)
+    picture.check(loaded)
     if save_scene is not None:
-        check_apart(save_scene, Path(scene))
         _save_scene(save_scene, loaded, Path(scene), frame or 0, drawing, reading)
-    ready = time.perf_counter()
-    with rendering.renderer() as renderer:
-        if verbose:
-            say(f"{label(renderer.device)}, {renderer.lanes} lanes, {renderer.precision}")
-        renderer.prepare(loaded, dtype, passes=names)
-        compiled = time.perf_counter()
-        how: dict[str, Any]
-        with Progress(bottom - top, rendering.quiet) as progress:
-            if is_vector:
-                image, overlay = picture_and_words(renderer, loaded, width, height, progress.add)
-                how = {"overlay": overlay}
-            else:
-                more: dict[str, Any] = {"dtype": dtype, "passes": names or (), "region": region}
-                image, found = renderer.render(loaded, width, height, progress=progress.add, **more)
-                how = {"passes": found}
-        rendered = time.perf_counter()
-        if verbose:
-            say(
-                f"imports and scene {ready - started:.3f} s, device and kernel "
-                f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
-                f"alone {renderer.kernel_seconds:.4f} s)"
-            )
-    # Of particles it does not: made by clrt.plot or of another format it is the same file.
-    command = "" if has_particles else context.obj
-    how |= {"transfer": loaded.film.transfer, "command": command}
-    if to_stdout:
-        _print(output, image, how)
-    else:
-        save(output, image, **how)
-    if verbose:
-        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {_peak_memory()} MB")
-    if not rendering.quiet:
-        say(f"{output}: {right - left}x{bottom - top}, rendered in {rendered - compiled:.3f} s")
+    _make(picture, loaded, rendering, command, verbose, started)
+
+
+def _scene(name: str, look: dict[str, Any], command: str) -> "tuple[Scene, str]":
+    """A scene, and the command that its picture names: none if particles are in it."""
+    from clrt.figure.resolver import resolved
+
+    loaded = opened(name, **look)
+    with named(name, SceneError):
+        return resolved(loaded), "" if loaded.particles else command
 
 
 def _figure(
-    path: Path, is_mesh: bool, frame: int, look: dict[str, Any], reading: dict[str, str]
+    path: Path, kind: Kind, frame: int, look: dict[str, Any], reading: dict[str, str]
 ) -> "tuple[Scene, Look | None]":
     """The scene of a file of particles, and how they are drawn, or of a mesh alone."""
     from clrt.figure import sources
 
     with called(PARTICLE_KEYS):
-        if is_mesh:
+        if kind == "mesh":
             return sources.of_mesh(path, **look), None
         drawing = sources.look(**look)
         return sources.of_file(path, frame, drawing, **reading), drawing
+
+
+def _seen_by(figure: "Scene", camera: "Camera | None") -> "Scene":
+    """A figure as another camera sees it, if there is one."""
+    if camera is None:
+        return figure
+    from clrt.figure.styles import seen_by
+
+    return seen_by(figure, camera)
 
 
 def _save_scene(
@@ -243,11 +207,13 @@ def _save_scene(
     """Writes the scene of a file: particles stay in it.
 
     Raises:
-        RequestError: a scene cannot say how the file is read.
+        RequestError: a scene cannot say how the file is read, or would stand in its place.
     """
     from clrt.figure import sources
     from clrt.files import scenewriter
+    from clrt.files.image import check_apart
 
+    check_apart(output, path)
     if "format" in reading or str(path) == "-":
         raise RequestError("--save-scene: expected a file whose name tells its format")
     if reading:
@@ -257,15 +223,42 @@ def _save_scene(
     scenewriter.save_scene(output, said)
 
 
-def _print(output: Path, image: Any, how: dict[str, Any]) -> None:
-    """Writes the bytes of a file of that name to stdout."""
-    from tempfile import TemporaryDirectory
+def _make(
+    picture: Picture,
+    scene: "Scene",
+    rendering: RenderingOptions,
+    command: str,
+    verbose: bool,
+    started: float,
+) -> None:
+    """Renders a picture, writes it, and says how long that took.
 
-    from clrt.files.image import save
+    Args:
+        command: the one that the file names.
+        started: when the process's work began, as time.perf_counter() tells it.
+    """
+    from clrt.opencl.device import label
 
-    with TemporaryDirectory() as folder:
-        save(Path(folder) / output, image, **how)
-        sys.stdout.buffer.write((Path(folder) / output).read_bytes())
+    ready = time.perf_counter()
+    with rendering.renderer() as renderer:
+        if verbose:
+            say(f"{label(renderer.device)}, {renderer.lanes} lanes, {renderer.precision}")
+        renderer.prepare(scene, picture.dtype, passes=picture.passes)
+        compiled = time.perf_counter()
+        image, how = picture.made(renderer, scene, rendering.quiet)
+        rendered = time.perf_counter()
+        if verbose:
+            say(
+                f"imports and scene {ready - started:.3f} s, device and kernel "
+                f"{compiled - ready:.3f} s, picture {rendered - compiled:.3f} s (kernel "
+                f"alone {renderer.kernel_seconds:.4f} s)"
+            )
+    picture.write(image, transfer=scene.film.transfer, command=command, **how)
+    if verbose:
+        say(f"file {time.perf_counter() - rendered:.3f} s, peak memory {_peak_memory()} MB")
+    if not rendering.quiet:
+        columns, rows = picture.size
+        say(f"{picture.output}: {columns}x{rows}, rendered in {rendered - compiled:.3f} s")
 
 
 def _peak_memory() -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from clrt.commands.groups import Grouped
-from clrt.commands.loading import changed
+from clrt.commands.loading import changed, kind_of
 from clrt.commands.options import RenderingOptions, rendering_options
 from clrt.commands.particles import (
     PARTICLE_KEYS,
@@ -61,8 +61,6 @@ def view(
     """
     import webbrowser
 
-    from clrt.files.meshes.reader import is_mesh
-    from clrt.files.particles.suffix import is_particles
     from clrt.viewer import subject
     from clrt.viewer.session import Session
 
@@ -73,15 +71,17 @@ def view(
 
     samples = rendering.samples
     words = rendering.words()
-    if not reading and is_mesh(Path(scene)):
-        with called(PARTICLE_KEYS):
-            looked_at = subject.of_mesh(Path(scene), drawn, words)
-    elif "format" in reading or is_particles(Path(scene)):
-        with called(PARTICLE_KEYS):
-            looked_at = subject.of_file(Path(scene), drawn, words, reading)
-    else:
+    kind = kind_of(scene, reading)
+    if kind == "scene":
         only_for_particles(scene, **drawn, **reading)
         looked_at = subject.of(scene, words)
+    else:
+        with called(PARTICLE_KEYS):
+            looked_at = (
+                subject.of_mesh(Path(scene), drawn, words)
+                if kind == "mesh"
+                else subject.of_file(Path(scene), drawn, words, reading)
+            )
     first = Session(looked_at, samples).scene
     with rendering.renderer() as renderer:
         renderer.prepare(first, "uint8")  # in this thread: see pocl.signals_kept()
