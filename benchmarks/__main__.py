@@ -11,6 +11,7 @@ import click
 from benchmarks import (
     accuracy,
     animation,
+    atoms,
     features,
     harness,
     many,
@@ -44,6 +45,7 @@ def main(context: click.Context, quick: bool) -> None:
 
 main.add_command(accuracy.command)
 main.add_command(animation.command)
+main.add_command(atoms.command)
 main.add_command(features.command)
 main.add_command(many.command)
 main.add_command(newcomer.command)

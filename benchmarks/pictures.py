@@ -23,7 +23,7 @@ from benchmarks import harness
 from benchmarks.chromium import PROGRAM
 
 ROOT = Path(__file__).parents[1]
-PLOTS = ("benchmarks/results/", "docs/samples.webp")
+PLOTS = ("benchmarks/results/", "docs/samples.webp", "docs/atoms.webp")
 """Pictures that other parts draw."""
 QUALITY = {"million": 35, "orbital": 60}
 """Of .webp; 80 of all others."""

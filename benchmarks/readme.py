@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from benchmarks import (
+    atoms,
     features,
     files,
     harness,
@@ -214,6 +215,7 @@ TABLES: dict[str, tuple[str, Callable[[Figures], str]]] = {
     "shading": ("shading", shading.tabulated),
     "visibility": ("visibility", visibility.tabulated),
     **{name: ("samples", table) for name, table in samples.TABLES.items()},
+    "atoms": ("atoms", atoms.table),
 }
 
 

@@ -1,11 +1,10 @@
-"""Error beside time: of antialiasing, of each thing that takes many rays, and of 10^5 atoms.
+"""Error beside time: of antialiasing, and of each thing that takes many rays.
 
 Every picture is compared with a converged one of the same scene: TRUTH samples at other points, in
 all pixels, however like they are.
 """
 
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -19,9 +18,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 import clrt
-from benchmarks import features, harness, many, ovito_peer
+from benchmarks import features, harness
 from clrt.figure.rendering import Renderer
-from clrt.files.image import load
 from clrt.film import metrics
 from clrt.opencl import bands, edges, program
 from clrt.renderer import samples
@@ -37,8 +35,6 @@ TRUTH = 4096
 ADAPTIVE = (1, 4, 8, 16, 32, 64, 128, 192, 256)
 UNIFORM = (16, 64, 256)
 EFFECTS = (1, 4, 16, 64, 256)
-ATOMS = (4, 8, 10, 16, 64)
-ATOMS_SIZE = 960, 540  # OVITO takes a minute at 1920x1080
 PLOT = Path(__file__).parents[1] / "docs" / "samples.webp"
 
 SUN = features.SUN
@@ -63,25 +59,6 @@ SCENES = {
     ),
 }  # fmt: skip
 
-# OVITO's: Tachyon's light, sky and the part of the sky that is not hidden, with occlusion on.
-SHINES, SKY_SHINES, ALWAYS = 0.8 * 0.9 * 0.2, 0.8 * 0.8, 0.3
-ALBEDO = 0.7
-SCRIPT = """
-import sys
-import numpy as np, clrt
-from benchmarks.samples import atoms
-scene = atoms(np.load(sys.argv[1]), int(sys.argv[3]))
-clrt.save(sys.argv[2], clrt.render(scene, *map(int, sys.argv[4:]), dtype="uint8"))
-"""
-OVITO: dict[str, Figures] = {
-    "Tachyon": {"antialiasing_samples": 12, "ambient_occlusion_samples": 12},
-    "OSPRay": {"samples_per_pixel": 8, "refinement_iterations": 4, "denoising_enabled": True},
-}
-CONVERGED: dict[str, Figures] = {
-    "Tachyon": {"antialiasing_samples": 64, "ambient_occlusion_samples": 64},
-    "OSPRay": {"samples_per_pixel": 16, "refinement_iterations": 16, "denoising_enabled": False},
-}
-
 
 @click.command("samples")
 @click.pass_obj
@@ -94,7 +71,6 @@ def command(quick: bool) -> None:
             "antialiasing": antialiasing(renderer, size, quick),
             "effects": effects(renderer, size, quick),
             "closed_form": closed_form(renderer, size, quick),
-            "atoms": atoms_beside(quick),
         }
     for of_what in TABLES.values():
         print(f"\n{of_what(found)}")
@@ -255,85 +231,6 @@ def closed_form(renderer: Renderer, size: Size, quick: bool) -> Figures:
     }  # fmt: skip
 
 
-def atoms(data: Any, count: int, albedo: float = ALBEDO) -> Scene:
-    """Atoms of .npz in OVITO's light, but that it is 10 degrees wide, as OSPRay's is."""
-    color = (albedo,) * 3
-    lights = (
-        clrt.AmbientLight((ALWAYS,) * 3),
-        clrt.AmbientLight((SKY_SHINES,) * 3, occlusion=True),
-        clrt.DirectionalLight(
-            (0.2, -0.2, -1), ambient=(0, 0, 0), diffuse=(SHINES,) * 3, half_angle=5
-        ),
-    )
-    return clrt.Scene(
-        clrt.Camera((0, 0, 1), (0, 0, 0)),
-        lights,
-        {"atom": clrt.Material(color, color, (0, 0, 0))},
-        clrt.Spheres(data["center"], data["radius"], "atom"),
-        max_depth=1,
-        samples=count,
-    )
-
-
-def atoms_beside(quick: bool) -> list[Figures]:
-    """The whole command, from a file of atoms to a PNG of ATOMS_SIZE. Errors are of its middle, of
-    the mean of red, green and blue, as parts of the converged picture's mean."""
-    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, ATOMS, 1, TRUTH)
-    size, peers = ATOMS_SIZE, ovito_peer.renderers()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "atoms.npz"
-        spheres = many.molecule(number).astype(np.float32)
-        np.savez(path, center=spheres[:, :3], radius=spheres[:, 3])
-        data = dict(np.load(path))
-        pictures = {n: Path(folder) / f"{n}.png" for n in map(str, (*counts, *OVITO))}
-        contenders: dict[str, Callable[[], float]] = {}
-        for n in counts:
-            script = SCRIPT, str(path), str(pictures[str(n)]), str(n), *map(str, size)
-            contenders[str(n)] = partial(many.run_script, script, [])
-        for name in peers:
-            words = ovito_peer.words(path, pictures[name], name, OVITO[name], size, size[1])
-            contenders[name] = partial(many.run_script, words, [])
-        seconds = harness.in_turn(contenders, turns)
-        found = []
-        with Renderer() as renderer:
-            region = middle(size)
-            truth = converged(renderer, atoms(data, count), size, count, region)
-            for n in counts:
-                scene, kernel = atoms(data, n), list[float]()
-                harness.in_turn({"": timed(renderer, scene, size, kernel)}, turns)
-                found.append({
-                    "name": "clrt", "samples": n, "kernel": harness.summary(kernel[1:]),
-                    "wall": harness.summary(seconds[str(n)]),
-                    **relative(pictures[str(n)], grey(truth), region),
-                })  # fmt: skip
-        for name in peers:
-            best = Path(folder) / "converged.png"
-            part = region[2] - region[0], region[3] - region[1]
-            words = ovito_peer.words(path, best, name, CONVERGED[name], part, size[1])
-            many.run_script(words, [])
-            found.append({
-                "name": name, "options": OVITO[name], "converged": CONVERGED[name],
-                "wall": harness.summary(seconds[name]),
-                "ratios": {str(n): ratio(seconds[name], seconds[str(n)]) for n in counts},
-                **relative(pictures[name], grey(load(best)), region),
-            })  # fmt: skip
-    return found
-
-
-def grey(picture: Array) -> Array:
-    """The mean of red, green and blue, float64."""
-    mean: Array = picture[..., :3].mean(axis=2, dtype=np.float64)
-    return mean
-
-
-def relative(picture: Path, truth: Array, region: Region) -> Figures:
-    """Errors of a picture's region, as parts of what the converged one has there."""
-    left, top, right, bottom = region
-    off = grey(load(picture))[top:bottom, left:right] - truth
-    rmse = float(np.sqrt((off**2).mean()))
-    return {"of_mean": rmse / float(truth.mean()), "of_deviation": rmse / float(truth.std())}
-
-
 def antialiasing_table(figures: Figures) -> str:
     """What docs/samples.md shows, as the other tables."""
     head = (f"four-spheres, {'x'.join(map(str, figures['size']))}", "kernel, ms", "spread",
@@ -366,34 +263,6 @@ def effects_table(figures: Figures) -> str:
     )
 
 
-def atoms_table(figures: Figures) -> str:
-    rows = []
-    found = figures["atoms"]
-    for f in found:
-        label = f"clrt, samples = {f['samples']}" if f["name"] == "clrt" else f"OVITO, {f['name']}"
-        kernel = f"{f['kernel']['median']:.2f}" if "kernel" in f else ""
-        wall = f["wall"]
-        rows.append((label, f"{wall['median']:.2f}", f"{wall['min']:.2f}-{wall['max']:.2f}",
-                     kernel, f"{100 * f['of_mean']:.1f} %",
-                     f"{100 * f['of_deviation']:.0f} %"))  # fmt: skip
-    what = f"atoms to .png, {ATOMS_SIZE[0]}x{ATOMS_SIZE[1]}"
-    head = (what, "command, s", "spread", "kernel, s", "rmse / mean", "rmse / deviation")
-    peers = [beside(found, f) for f in found if f["name"] != "clrt"]
-    return "\n\n".join([harness.table(head, rows), *peers])
-
-
-def beside(found: list[Figures], peer: Figures) -> str:
-    """How much sooner clrt has a picture that is off by no more, in each measure."""
-    said = []
-    for measure, of in (("of_mean", "mean"), ("of_deviation", "deviation")):
-        for f in found:
-            if f["name"] == "clrt" and f[measure] <= peer[measure]:
-                times = f"{peer['ratios'][str(f['samples'])]:.1f} times as long as clrt"
-                said.append(f"{times} (rmse / {of}; samples = {f['samples']})")
-                break
-    return f"For no less error OVITO's {peer['name']} takes {', '.join(said) or 'less time'}."
-
-
 def ms(seconds: float) -> str:
     return f"{1e3 * seconds:,.1f}"
 
@@ -405,29 +274,23 @@ def spread(times: Figures) -> str:
 TABLES: dict[str, Callable[[Figures], str]] = {
     "samples-antialiasing": antialiasing_table,
     "samples-effects": effects_table,
-    "samples-atoms": atoms_table,
 }
 """By the name between the markers of docs/samples.md."""
 
 
 def plot(figures: Figures, path: Path) -> None:
-    """Error against time, both logarithmic: antialiasing, effects and atoms."""
-    drawn, (left, centre, right) = harness.figure(3)
-    drawn.set_size_inches(15, 8)  # at 80 dpi; a page shows it at two thirds of that
+    """Error against time, both logarithmic: antialiasing and effects."""
+    drawn, (left, right) = harness.figure(2)
+    drawn.set_size_inches(11, 8)  # at 80 dpi; a page shows it at two thirds of that
     for way, style in (("adaptive", "o-"), ("uniform", "s:")):
         rows = [f for f in figures["antialiasing"] if f["way"] == way]
         curve(left, rows, [1e3 * f["kernel"]["median"] for f in rows], "rmse", style, way)
     for name in SCENES:
         rows = [f for f in figures["effects"] if f["name"] == name]
-        curve(centre, rows, [1e3 * f["kernel"]["median"] for f in rows], "rmse", "o-", name)
-    for name in dict.fromkeys(f["name"] for f in figures["atoms"]):
-        rows = [f for f in figures["atoms"] if f["name"] == name]
-        label = name if name == "clrt" else f"OVITO, {name}"
-        curve(right, rows, [f["wall"]["median"] for f in rows], "of_mean", "o-", label)
+        curve(right, rows, [1e3 * f["kernel"]["median"] for f in rows], "rmse", "o-", name)
     left.set(title="four-spheres: antialiasing", xlabel="kernel, ms", ylabel="rmse")
-    centre.set(title="four-spheres: one thing each", xlabel="kernel, ms")
-    right.set(title="100,000 atoms", xlabel="whole command, s", ylabel="rmse / mean")
-    for axes in (left, centre, right):
+    right.set(title="four-spheres: one thing each", xlabel="kernel, ms")
+    for axes in (left, right):
         axes.tick_params(labelsize=15)
         axes.xaxis.set_minor_formatter("")  # they would overlap
         for words in (axes.title, axes.xaxis.label, axes.yaxis.label):
