@@ -4,12 +4,12 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from clrt.commands.groups import Grouped
-from clrt.commands.loading import opened
+from clrt.commands.loading import kind_of, opened
 from clrt.commands.options import (
     RenderingOptions,
     VideoOptions,
@@ -27,6 +27,11 @@ from clrt.commands.particles import (
 )
 from clrt.commands.terminal import say
 from clrt.errors import ClrtError, FrameError, RequestError, SceneError, called, named
+
+if TYPE_CHECKING:
+    from clrt.figure.rendering import Renderer
+    from clrt.files.numbered import Record
+    from clrt.motion.animation import Frames
 
 
 @click.command(cls=Grouped)
@@ -99,61 +104,35 @@ def animate(
 
     from clrt.files import image, numbered
     from clrt.files import video as videos
-    from clrt.files.particles.suffix import is_particles
-    from clrt.motion import animation, cluster
-    from clrt.motion.surfaces import Surfaces, are_meshes
+    from clrt.motion import animation
 
     scene = scenes[0] if scenes else "orbit"
     quiet, output = rendering.quiet, output or Path(f"{stem_of(scene)}.mp4")
     for one in scenes:
         image.check_apart(output, Path(one))
     look = {"samples": rendering.samples, **film}
-    way: animation.Frames
-    if not reading and are_meshes(scenes):
-        if view_all:
-            raise RequestError(f"--view-all: expected files of particles, {scene} is a mesh")
-        with called(PARTICLE_KEYS):
-            way = Surfaces(scenes, size=(width, height), **look, **drawn)
-    elif len(scenes) > 1 or "format" in reading or is_particles(Path(scene)):
-        from clrt.figure.sources import look as looking
-        from clrt.motion.trajectory import Flow
-
-        with called(PARTICLE_KEYS):
-            drawing = looking(size=(width, height), **look, **drawn)
-            way = Flow(scenes, drawing, view_all=view_all, **reading)
-    else:
-        only_for_particles(scene, **drawn, **reading, view_all=view_all)
-        loaded = opened(scene, **look)
-        with named(scene, SceneError):
-            way = animation.Way(loaded)
-    asked = (way.frames if video.frames is None else video.frames)[:: video.step]
-    if not asked or asked[-1] not in way.frames:
-        raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
-    with named(scene, SceneError):
-        way.check(asked)
+    way = _way(scene, scenes, (width, height), look, drawn, reading, view_all)
+    asked = _asked(scene, way, video)
     fps = way.fps / video.step if video.fps is None else video.fps
     pattern = numbered.is_pattern(output)
     for option, given in (("--resume", resume), ("--shard", shard)):
         if given and not pattern:
             raise RequestError(f"{option}: expected an output with ####: a video is made in one go")
-    film_of_all = way.said.film
-    videos.check_output(output, width, height, len(asked), fps, alpha=film_of_all.transparent)
+    transparent, transfer = way.said.film.transparent, way.said.film.transfer
+    videos.check_output(output, width, height, len(asked), fps, alpha=transparent)
     first, parts = shard or (0, 1)
-    due: Sequence[int] = asked[first::parts]
-    skipped = 0
+    share: Sequence[int] = asked[first::parts]
     dtype = image.film_dtype(output) if pattern else np.uint8
+    faults = list[ClrtError]()
     with rendering.renderer() as renderer:
         renderer.prepare(way.scene(asked[0]), dtype)  # in this thread: see pocl.signals_kept()
+        due = share
         if pattern:
-            what = " ".join([cluster.fingerprint(way.said), *reading.values()])
-            kind = cluster.kind(what, width, height, renderer)
             adds = resume or shard is not None
-            made = numbered.join(output, kind, way.fps, asked, adds=adds)
+            made = _record(way, asked, output, (width, height), renderer, reading, adds)
             if resume:
-                missing = [k for k in due if not made.is_made(numbered.picture(output, k))]
-                skipped, due = len(due) - len(missing), missing
+                due = [k for k in share if not made.is_made(numbered.picture(output, k))]
         rendered = animation.animate(way, width, height, frames=due, dtype=dtype, renderer=renderer)
-        faults = list[ClrtError]()
         good = _good(rendered, faults)
         with (
             closing(rendered),
@@ -162,19 +141,84 @@ def animate(
             if pattern:
                 # They do not say which command: by any one they are the same.
                 for k, frame in zip(due, bar, strict=False):
-                    name = numbered.picture(output, k)
-                    image.save(name, frame, transfer=film_of_all.transfer)
+                    image.save(numbered.picture(output, k), frame, transfer=transfer)
             else:
                 videos.save(output, bar, fps, video.crf, video.quality)
     if faults:
         raise FrameError(f"{faults[0]}; {output} has the frames before it")
     if not quiet:
-        seconds = time.perf_counter() - started
-        kept = f", {skipped} were there" if resume else ""
         what = f"{output}: {len(due)} frames of {width}x{height}"
         if not pattern:
             what = videos.said(output, width, height, len(due), fps, video.quality)
-        say(f"{what}, in {seconds:.1f} s{kept}")
+        kept = f", {len(share) - len(due)} were there" if resume else ""
+        say(f"{what}, in {time.perf_counter() - started:.1f} s{kept}")
+
+
+def _way(
+    scene: str,
+    scenes: Sequence[str],
+    size: tuple[int, int],
+    look: dict[str, Any],
+    drawn: dict[str, Any],
+    reading: dict[str, str],
+    view_all: bool,
+) -> "Frames":
+    """The frames of what is to be shown: meshes, a trajectory or the animation of a scene.
+
+    Args:
+        scene: the first of `scenes`, or what is shown where there are none.
+    """
+    from clrt.motion import animation
+    from clrt.motion.surfaces import Surfaces, are_meshes
+
+    if not reading and are_meshes(scenes):
+        if view_all:
+            raise RequestError(f"--view-all: expected files of particles, {scene} is a mesh")
+        with called(PARTICLE_KEYS):
+            return Surfaces(scenes, size=size, **look, **drawn)
+    if len(scenes) > 1 or kind_of(scene, reading) == "particles":
+        from clrt.figure.sources import look as looking
+        from clrt.motion.trajectory import Flow
+
+        with called(PARTICLE_KEYS):
+            drawing = looking(size=size, **look, **drawn)
+            return Flow(scenes, drawing, view_all=view_all, **reading)
+    only_for_particles(scene, **drawn, **reading, view_all=view_all)
+    loaded = opened(scene, **look)
+    with named(scene, SceneError):
+        return animation.Way(loaded)
+
+
+def _asked(scene: str, way: "Frames", video: VideoOptions) -> range:
+    """The frames that options ask for, and that there are."""
+    asked = (way.frames if video.frames is None else video.frames)[:: video.step]
+    if not asked or asked[-1] not in way.frames:
+        raise RequestError(f"--frames: expected frames from 0 to {way.frames[-1]}")
+    with named(scene, SceneError):
+        way.check(asked)
+    return asked
+
+
+def _record(
+    way: "Frames",
+    asked: range,
+    pattern: Path,
+    size: tuple[int, int],
+    renderer: "Renderer",
+    reading: dict[str, str],
+    adds: bool,
+) -> "Record":
+    """The note beside numbered pictures that says of what kind they are.
+
+    Args:
+        adds: whether pictures that are there stay.
+    """
+    from clrt.files import numbered
+    from clrt.motion import cluster
+
+    what = " ".join([cluster.fingerprint(way.said), *reading.values()])
+    kind = cluster.kind(what, *size, renderer)
+    return numbered.join(pattern, kind, way.fps, asked, adds=adds)
 
 
 def _good(frames: Iterable[Any], faults: list[ClrtError]) -> Iterator[Any]:
