@@ -1,6 +1,7 @@
 """Rendering: pictures of scenes. The names, files and particles of a scene are read here."""
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, overload
 
@@ -48,16 +49,9 @@ class Renderer(Engine):
         DeviceError: there is no such device, or it has no float64, which "double" needs.
     """
 
-    def __init__(
-        self,
-        *,
-        precision: Precision = "robust",
-        lanes: int | None = None,
-        device: "str | cl.Device | None" = None,
-        threads: int | None = None,
-    ) -> None:
-        super().__init__(precision=precision, lanes=lanes, device=device, threads=threads)
-        self._resolver = Resolver()
+    @cached_property
+    def _resolver(self) -> Resolver:
+        return Resolver()
 
     @overload
     def render(

@@ -72,18 +72,7 @@ def trace(
     pixels: Sequence[tuple[int, int]] | None = None,
     offset: tuple[float, float] = (0.0, 0.0),
 ) -> Trace:
-    """The true picture and its paths.
-
-    Args:
-        dtype: np.longdouble where float64 itself is in doubt.
-        pixels: rows and columns of the pixels that are wanted, in whose order the trace's image is
-            (n, 3) and its paths (n,); default: all of them.
-        offset: where in its pixel each ray goes through: right and up of the middle, half pixels.
-
-    Raises:
-        RequestError: there is no such truth or pixel, or the truth does not know something of the
-            scene.
-    """
+    """The true picture and its paths: see clrt.reference.trace(), which reads files as well."""
     if truth not in ("seed", "exact"):
         raise RequestError(f"truth: expected 'seed' or 'exact', got {truth!r}")
     if key := beyond_one_ray(scene):
@@ -132,10 +121,7 @@ def trace(
 
 
 def mean(scene: Scene, width: int, height: int, offsets: Array) -> Array:
-    """The mean of true pictures, (height, width, 4): colours and alpha.
-
-    offsets: (n, 2), where in its pixel each ray goes through, see trace().
-    """
+    """The mean of true pictures: see clrt.reference.mean()."""
     found = np.zeros((height, width, 4))
     for right, up in offsets:
         one = trace(scene, width, height, offset=(right, up))

@@ -60,13 +60,12 @@ def read_mesh(
         SceneError: it cannot be read; the message names file, line and what was expected.
         RequestError: the suffix is of no format, or an extra is missing.
     """
-    return read_with_limits(source, material, shading, color, cmap, clim)[0]
+    made, _ = read_with_limits(source, color, cmap, clim)
+    return made.made_of(material or made.material, shading)
 
 
 def read_with_limits(
     source: Any,
-    material: str = "",
-    shading: Shading | None = None,
     color: str | None = None,
     cmap: str = "viridis",
     clim: tuple[float, float] | None = None,
@@ -76,13 +75,13 @@ def read_with_limits(
     if isinstance(source, Mesh):
         if color is not None:
             raise SceneError(f"color: expected none, for a Mesh has its colours, got {color!r}")
-        return source.made_of(material or source.material, shading), None
+        return source, None
     is_file = isinstance(source, str | os.PathLike)
     name = str(source) if is_file else type(source).__name__
     found = _of_file(Path(source)) if is_file else objects.read(source)
     with named(name, SceneError):
         chosen = _colors(found, color, cmap, clim)
-        made = Mesh(found.vertices, found.faces, found.normals, chosen, material, shading)
+        made = Mesh(found.vertices, found.faces, found.normals, chosen)
     return made, None if color is None else palette.limits(found.columns[color], clim)
 
 
