@@ -46,40 +46,61 @@ static long first_sphere(Plan plan, long n, long leaf) {
 // 16 loses least in forty distributions (benchmarks/NOTES.md).
 #define DEVIATIONS 16
 
-// TREE: swaps two of the list. It is permuted: `keys`, x y z and twice the radius, with `order`, the
-// place in the scene's list.
-static void swap_(__global float4 *keys, __global int *order, long i, long j) {
-    float4 key = keys[i];
-    keys[i] = keys[j], keys[j] = key;
-    int place = order[i];
-    order[i] = order[j], order[j] = place;
-}
+// So many keys at most are sorted to find one of about some rank.
+#define SAMPLE 63
 
 // TREE: key i along a side, x, y, z or twice the radius.
 static float key_of(__global const float4 *keys, long i, int side) {
     return ((__global const float *)(keys + i))[side];
 }
 
+// TREE: puts those of [a, b) before the others whose key is below the pivot, or up to it; where the
+// others begin. `keys`, x y z and twice the radius, is permuted with `order`, the place in the
+// scene's list. Each is stored in two places, whatever it is: a branch here would be guessed wrong
+// every other time (Lomuto's loop without one).
+static long part_(__global float4 *keys, __global int *order, long a, long b, int side, float pivot,
+                  bool up_to) {
+    long j = a;
+    for (long i = a; i < b; i++) {
+        float x = key_of(keys, i, side);
+        float4 key = keys[i];
+        int place = order[i];
+        keys[i] = keys[j], order[i] = order[j];
+        keys[j] = key, order[j] = place;
+        j += up_to ? x <= pivot : x < pivot;
+    }
+    return j;
+}
+
+// TREE: a key of [a, b) of about rank k, of few that are sorted: on that side of it where most are,
+// so that most are then left out.
+static float pivot_of(__global const float4 *keys, long a, long b, long k, int side) {
+    float some[SAMPLE];
+    int n = max(min((b - a) / 32 | 1, (long)SAMPLE), 3L);
+    for (int i = 0; i < n; i++) {
+        float x = key_of(keys, a + (b - a) * (2 * i + 1) / (2 * n), side);
+        int j = i;
+        for (; j > 0 && some[j - 1] > x; j--) some[j] = some[j - 1];
+        some[j] = x;
+    }
+    float part = (k - a + 0.5f) / (b - a);
+    int place = part * n + (0.5f - part) * sqrt((float)n);
+    return some[max(min(place, n - 1), 0)];
+}
+
 // TREE: puts the element of rank k of [a, b) in its place, with none greater before it and none smaller
-// after it (Hoare, "Algorithm 65: find", 1961; the pivot is the median of three).
+// after it (Hoare, "Algorithm 65: find", 1961; Floyd and Rivest, "Algorithm 489", 1975).
 static void select_(__global float4 *keys, __global int *order, long a, long b, long k, int side) {
-    b--;
-    while (a < b) {
-        float x = key_of(keys, a, side), y = key_of(keys, a + (b - a) / 2, side);
-        float z = key_of(keys, b, side);
-        float pivot = fmax(fmin(x, y), fmin(fmax(x, y), z));
-        long i = a, j = b;
-        while (i <= j) {
-            while (key_of(keys, i, side) < pivot) i++;
-            while (key_of(keys, j, side) > pivot) j--;
-            if (i <= j) swap_(keys, order, i++, j--);
-        }
-        if (k <= j) {
-            b = j;
-        } else if (k >= i) {
-            a = i;
-        } else {
-            return;
+    while (b - a > 1) {
+        float pivot = pivot_of(keys, a, b, k, side);
+        long middle = part_(keys, order, a, b, side, pivot, false);
+        if (k < middle) {
+            b = middle;
+        } else if (middle > a) {
+            a = middle;
+        } else {  // none is below the pivot: those that are equal go first
+            a = part_(keys, order, a, b, side, pivot, true);
+            if (k < a) return;
         }
     }
 }
@@ -96,9 +117,19 @@ static float deviation_of_radius(__global const float4 *keys, long a, long b) {
 
 // TREE: along which side to halve [a, b).
 static int longest_side(__global const float4 *keys, long a, long b) {
-    float4 low = keys[a], high = low;
-    for (long i = a + 1; i < b; i++) low = fmin(low, keys[i]), high = fmax(high, keys[i]);
-    float4 size = high - low;
+    float4 low[4], high[4];  // so one need not wait for the one before
+    for (int j = 0; j < 4; j++) low[j] = high[j] = keys[a];
+    for (long i = a; i + 3 < b; i += 4)
+        for (int j = 0; j < 4; j++) {
+            float4 key = keys[i + j];
+            low[j] = key < low[j] ? key : low[j];
+            high[j] = key > high[j] ? key : high[j];
+        }
+    for (int j = 0; j < 4; j++) {
+        float4 key = keys[max(b - 1 - j, a)];
+        low[0] = fmin(fmin(low[0], low[j]), key), high[0] = fmax(fmax(high[0], high[j]), key);
+    }
+    float4 size = high[0] - low[0];
     int side = size.x >= size.y ? 0 : 1;
     if (size.z > (side == 0 ? size.x : size.y)) side = 2;
     float longest = fmax(fmax(size.x, size.y), size.z);
@@ -117,6 +148,13 @@ __kernel void split(__global float4 *keys, __global int *order, long n, int root
                 long b = first_sphere(plan, n, first_leaf(plan, s + 1, k));
                 long middle = first_sphere(plan, n, first_leaf(plan, 2 * s + 1, k + 1));
                 if (middle <= a || middle >= b) continue;
+                int side = longest_side(keys, a, b);
+                select_(keys, order, a, b, middle, side);
+                if (side != 3) continue;
+                // Of those with that radius near ones stay together.
+                float radius = key_of(keys, middle, 3);
+                a = part_(keys, order, a, middle, 3, radius, false);
+                b = part_(keys, order, middle, b, 3, radius, true);
                 select_(keys, order, a, b, middle, longest_side(keys, a, b));
             }
 }

@@ -402,7 +402,7 @@ def test_a_few_large_spheres_leave_the_boxes_of_the_others_small(builder, large)
 
 
 @pytest.mark.parametrize(
-    ("share", "times", "gain"), [(0.001, 100, 1.3), (0.01, 100, 4), (0.1, 30, 2.5)]
+    ("share", "times", "gain"), [(0.001, 100, 1.6), (0.01, 100, 7), (0.1, 30, 3)]
 )
 def test_many_large_spheres_are_kept_apart(
     builder, share: float, times: float, gain: float
