@@ -222,8 +222,9 @@ static ints taken_in_tree(const Tree *tree, int kind, Ray ray, reals distance, V
         Vector back = scaled(ray.direction, -1);
         Beam beam = away <= 4 ? beam_of(light, back, on, slack, true)
                               : beam_of(ray.origin, ray.direction, on, slack, false);
-        // Rays about a surface are wide apart, but most end near by: the budget says what pays.
-        if (beam.width < (near ? INFINITY : tree->shape.wide * WIDER)) {
+        // Rays about a surface, and to points of a light, are wide apart: the budget says what pays.
+        bool apart = near || (ROUND && RANDOM);
+        if (beam.width < (apart ? INFINITY : tree->shape.wide * WIDER)) {
             real end = away <= 4 ? beam_end(&beam, ray.origin, back, 0, on, slack) : INFINITY;
             if (near) end = beam_end(&beam, ray.origin, ray.direction, distance, on, slack);
             left = left_by_beam(tree, kind, &beam, end, &rest, ray, distance, on, near);
