@@ -37,6 +37,7 @@ NAMES_AND_TRUTHS = [
 ]
 
 
+REGIONS = [(0, 0, 101, 67), (0, 0, 1, 1), (17, 3, 50, 64), (50, 30, 51, 67), (99, 66, 101, 67)]
 SOME = ("four-spheres", "sunflower")  # a list and a tree
 SOME_AND_TRUTHS = [case for case in NAMES_AND_TRUTHS if case[0] in SOME]
 
@@ -86,9 +87,14 @@ def test_paths_are_those_of_the_truth(renderer: Renderer, truths, truth) -> None
     assert len(np.unique(trace.paths)) > 20
 
 
+# Of the other numbers of lanes robust says enough, and each program's trial.
 @pytest.mark.parametrize(
     ("lanes", "case"),
-    in_lanes(NAMES_AND_TRUTHS, SOME_AND_TRUTHS),
+    [
+        one
+        for one in in_lanes(NAMES_AND_TRUTHS, SOME_AND_TRUTHS)
+        if one.values[0] in (1, 16) or (one.values[0] == 4 and one.values[1] in SOME_AND_TRUTHS)
+    ],
 )
 def test_double_against_truth(double_renderer: Renderer, truths, case) -> None:
     name, truth = case
@@ -98,13 +104,16 @@ def test_double_against_truth(double_renderer: Renderer, truths, case) -> None:
     check(image, trace, flips=0, bound=6.1e-8)
 
 
-@pytest.mark.parametrize(("lanes", "name"), in_lanes(clrt.builtin_scenes(), SOME))
+@pytest.mark.parametrize(("lanes", "name"), in_lanes(SOME, SOME[:1]))
 def test_8_bit_is_the_film_rounded(renderer: Renderer, name) -> None:
     scene = clrt.load_scene(name)
     film = renderer.render(scene, 101, 67)
     image = renderer.render(scene, 101, 67, dtype=np.uint8)
     assert image.dtype == np.uint8
     assert (image == np.rint(255 * np.clip(film.astype(np.float64), 0, 1))).all()
+    for x0, y0, x1, y1 in REGIONS:
+        part = renderer.render(scene, 101, 67, dtype=np.uint8, region=(x0, y0, x1, y1))
+        assert (part == image[y0:y1, x0:x1]).all()
 
 
 def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,16 +131,12 @@ def test_bands_do_not_show(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) 
     assert rows == [2, 2, 2, *34 * [1]]
 
 
-REGIONS = [(0, 0, 101, 67), (0, 0, 1, 1), (17, 3, 50, 64), (50, 30, 51, 67), (99, 66, 101, 67)]
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.uint8])
 @pytest.mark.parametrize(("lanes", "name"), in_lanes(clrt.builtin_scenes(), SOME))
-def test_a_region_is_the_crop_of_the_whole(renderer: Renderer, name: str, dtype) -> None:
+def test_a_region_is_the_crop_of_the_whole(renderer: Renderer, name: str) -> None:
     scene = clrt.load_scene(name)
-    whole = renderer.render(scene, 101, 67, dtype=dtype)
+    whole = renderer.render(scene, 101, 67)
     for x0, y0, x1, y1 in REGIONS:
-        part = renderer.render(scene, 101, 67, dtype=dtype, region=(x0, y0, x1, y1))
+        part = renderer.render(scene, 101, 67, region=(x0, y0, x1, y1))
         assert part.shape == (y1 - y0, x1 - x0, 3)
         assert (part == whole[y0:y1, x0:x1]).all()
 
@@ -295,7 +300,7 @@ def test_closed_twice() -> None:
 
 
 def test_memory_stays_flat(device: cl.Device) -> None:
-    scenes = [clrt.load_scene(name) for name in clrt.builtin_scenes()]
+    scenes = [clrt.load_scene(name) for name in (*SOME, "orbit")]
     renderer = Renderer(device=device)
     resident = []
     for i in range(2000):
