@@ -218,17 +218,16 @@ TWELVE = {
     "around the eye and the light": made(
         [(0, 0, 3), (3, 5, 4), (0, 0, 0), (0, 0, 0.2), (0, 0, -3)], [1, 1, 0.8, 0.7, 1], 0.5
     ),
-    "all lights": heap(
-        60,
-        lights=(
-            clrt.AmbientLight((0.2, 0.2, 0.3)),
-            clrt.DirectionalLight((-1, -2, -1)),
-            clrt.SpotLight((0, 3, 2), (0, 0, 0), outer_angle=30),
-            clrt.Light((2, 2, 2), attenuation=(0.5, 0.1, 0.1)),
+    "capsules under all lights": replace(
+        heap(
+            40,
+            lights=(
+                clrt.AmbientLight((0.2, 0.2, 0.3)),
+                clrt.DirectionalLight((-1, -2, -1)),
+                clrt.SpotLight((0, 3, 2), (0, 0, 0), outer_angle=30),
+                clrt.Light((2, 2, 2), attenuation=(0.5, 0.1, 0.1)),
+            ),
         ),
-    ),
-    "capsules": replace(
-        heap(20),
         capsules=clrt.Capsules(
             RANDOM.uniform(-1, 1, (30, 3)),
             RANDOM.uniform(-1, 1, (30, 3)),
@@ -242,10 +241,9 @@ TWELVE = {
 
 SLOW = {
     "a long lens",
-    "all lights",
     "orthographic",
     "around the eye and the light",
-    "capsules",
+    "capsules under all lights",
 }  # programs of their own
 
 
