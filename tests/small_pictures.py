@@ -20,7 +20,7 @@ from clrt.renderer.pack.features import LANES, TREE_FROM, Features
 from clrt.renderer.pack.structs import PRECISIONS
 
 WIDTH, HEIGHT = 37, 3  # whole packets and a part of one, for any number of lanes
-REGION = (3, 1, 36, 3)
+ALONE = 9  # columns of one lane: a pixel takes it as long as others a packet
 
 
 def untried(
@@ -54,16 +54,18 @@ def main(all_lanes: list[int]) -> None:
         if not any(material.transmission > 0 for material in scene.materials.values())
     ]
     for lanes in all_lanes:
+        width = WIDTH if lanes > 1 else ALONE
+        region = (3, 1, width - 1, HEIGHT)
         for precision in PRECISIONS:
             renderer = Renderer(lanes=lanes, precision=precision)
             for scene in scenes if lanes == 4 else scenes[::3]:  # that takes minutes as it is
                 with suppress(clrt.RequestError):  # beyond what a precision can show
-                    renderer.render(scene, WIDTH, HEIGHT)
+                    renderer.render(scene, width, HEIGHT)
             for scene in scenes[:8]:
-                renderer.paths(scene, WIDTH, HEIGHT)
-                renderer.render(scene, WIDTH, HEIGHT, dtype=np.uint8, region=REGION)
+                renderer.paths(scene, width, HEIGHT)
+                renderer.render(scene, width, HEIGHT, dtype=np.uint8, region=region)
                 white = replace(scene, film=clrt.Film(background=(1, 1, 1)))
-                renderer.render(white, WIDTH, HEIGHT, region=REGION, passes=["id"])
+                renderer.render(white, width, HEIGHT, region=region, passes=["id"])
             print(f"{renderer.device.name}: {lanes} lanes, {precision}: {len(scenes)} scenes")
 
 
