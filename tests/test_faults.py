@@ -165,8 +165,8 @@ def test_a_hundred_thousand_spheres(tmp_path: Path) -> None:
     )
     scene = clrt.load_scene(path)
     assert len(scene.spheres) > 100_000
-    trace = clrt.reference.trace(scene, 24, 13)
+    trace = clrt.reference.trace(scene, 16, 9)
     with clrt.Renderer() as renderer:
-        flips = renderer.paths(scene, 24, 13) != trace.paths
+        flips = renderer.paths(scene, 16, 9) != trace.paths
     assert len(np.unique(trace.paths)) > 50
     assert flips.sum() <= 1
