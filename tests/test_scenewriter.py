@@ -45,15 +45,15 @@ def test_arrays_go_into_a_file_beside_it(
     kind: type, colored: bool, opaque: bool, tmp_path: Path
 ) -> None:
     random = np.random.default_rng(2)
-    colors = random.uniform(0, 1, (500, 3)).astype(np.float32) if colored else None
+    colors = random.uniform(0, 1, (40, 3)).astype(np.float32) if colored else None
     if colors is not None:
         colors[:4] = np.array([[0, 0, 0], [1, 1, 1], [1e-7, 0.0031308, 0.0031309], [0.5, 1, 0]])
     spheres = clrt.Spheres(
-        random.normal(size=(500, 3)).astype(kind),
-        random.uniform(0.1, 1, 500),
+        random.normal(size=(40, 3)).astype(kind),
+        random.uniform(0.1, 1, 40),
         "m",
         colors,
-        None if opaque else random.uniform(0, 1, 500).astype(kind),
+        None if opaque else random.uniform(0, 1, 40).astype(kind),
     )
     scene = clrt.Scene(CAMERA, materials={"m": clrt.Material()}, spheres=spheres)
     save_scene(tmp_path / "a.toml", scene)
