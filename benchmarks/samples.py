@@ -111,7 +111,7 @@ class Uniform:
         left, top, right, bottom = box = region or (0, 0, *size)
         self.renderer.kernel_seconds = edges.refine(
             film, (0, 0), box, paths, self.renderer._queue, used[1],
-            arguments | sampling(used[0], scene),
+            arguments | sampling(used[0], scene), 0,
         )  # fmt: skip
         return film[top:bottom, left:right]
 

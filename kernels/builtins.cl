@@ -74,3 +74,4 @@ size_t FUNCTION get_global_id(uint);
 size_t FUNCTION get_global_size(uint);
 int ACCESS atomic_inc(volatile __global int *);
 int ACCESS atomic_add(volatile __global int *, int);
+uint ACCESS atomic_or(volatile __global uint *, uint);

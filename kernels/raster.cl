@@ -39,36 +39,57 @@ static wide_ints pixels_between(wides low, wides high, wide_ints known, int size
     return in;
 }
 
-// TILES: where the spheres of a leaf can show in the tile; those that can, as bits.
+// Where 16 spheres can show on the screen, and from what distance on along a ray.
+typedef struct {
+    wides left, right, bottom, top;
+    wides nearest;
+    wide_ints known;  // else it is anywhere
+} Silhouettes;
+
+// TILES or REFINE: those of spheres at x, y and depth along the camera's axes, so far `away`.
 //
 // QUADRATIC accepts rays up to 4 u (|o - C| + r) outside a sphere, a centre along the camera's axes is off
 // by up to 8 u |C|, and so is a ray: radii are widened by 32 u (|C| + r). That covers the rounding of a
 // pixel's place as well, which is 4 u of what it is from the middle.
-static uint rects_of_spheres(const Scene *scene, const Tile *tile, __global const Leaf *leaf,
-                             Rects *to) {
-    __global const Camera *camera = scene->camera;
+static Silhouettes silhouettes_of(__global const Camera *camera, wides x, wides y, wides depth,
+                                  wides away, wides radius) {
+    wides wider = radius + (away + radius) * (32 * UNIT_ROUNDOFF);
+    Silhouettes of;
+    // Rays start in the camera, or on a plane.
+    of.nearest = (ORTHOGRAPHIC || LONG_LENS ? depth : away) - wider;
+    if (LONG_LENS) depth += TREE ? dot_real(camera->eye, camera->back) : camera->eye[2];
+    wides den = depth * depth - wider * wider;
+    silhouettes(x, depth, wider, den, &of.left, &of.right);
+    silhouettes(y, depth, wider, den, &of.bottom, &of.top);
+    // Not of one that comes near the camera's plane.
+    of.known = -1;
+    if (!ORTHOGRAPHIC) of.known = (depth > 0) & (den > depth * depth * REAL(0.0625));
+    return of;
+}
+
+// TREE: those of a leaf.
+static Silhouettes silhouettes_of_leaf(__global const Camera *camera, __global const Leaf *leaf) {
     __global const wides *c = (__global const wides *)leaf->center;
-    wides radius = *(__global const wides *)leaf->radius;
     wides x = c[0] * camera->right[0] + (c[1] * camera->right[1] + c[2] * camera->right[2]);
     wides y = c[0] * camera->up[0] + (c[1] * camera->up[1] + c[2] * camera->up[2]);
     wides depth = -(c[0] * camera->back[0] + (c[1] * camera->back[1] + c[2] * camera->back[2]));
     wides away = sqrt(c[0] * c[0] + (c[1] * c[1] + c[2] * c[2]));
-    wides wider = radius + (away + radius) * (32 * UNIT_ROUNDOFF);
-    // Rays start in the camera, or on a plane.
-    to->nearest = (ORTHOGRAPHIC || LONG_LENS ? depth : away) - wider;
-    if (LONG_LENS) depth += dot_real(camera->eye, camera->back);
-    wides den = depth * depth - wider * wider, left, right, bottom, top;
-    silhouettes(x, depth, wider, den, &left, &right);
-    silhouettes(y, depth, wider, den, &bottom, &top);
-    // Not of one that comes near the camera's plane.
-    wide_ints known = -1;
-    if (!ORTHOGRAPHIC) known = (depth > 0) & (den > depth * depth * REAL(0.0625));
+    return silhouettes_of(camera, x, y, depth, away, *(__global const wides *)leaf->radius);
+}
+
+// TILES: where the spheres of a leaf can show in the tile; those that can, as bits.
+static uint rects_of_spheres(const Scene *scene, const Tile *tile, __global const Leaf *leaf,
+                             Rects *to) {
+    __global const Camera *camera = scene->camera;
+    Silhouettes of = silhouettes_of_leaf(camera, leaf);
+    to->nearest = of.nearest;
     real columns = REAL(0.5) / camera->step[0], rows = REAL(0.5) / camera->step[1];
     real x0 = REAL(0.5) * tile->left, y0 = REAL(0.5) * tile->top;
-    wide_ints in = (radius > 0) & (to->nearest <= tile->most);
-    in &= pixels_between(left * columns - x0, right * columns - x0, known, ROW, &to->left,
+    wide_ints in = (*(__global const wides *)leaf->radius > 0) & (of.nearest <= tile->most);
+    in &= pixels_between(of.left * columns - x0, of.right * columns - x0, of.known, ROW, &to->left,
                          &to->right);
-    in &= pixels_between(y0 - top * rows, y0 - bottom * rows, known, ROWS, &to->top, &to->bottom);
+    in &= pixels_between(y0 - of.top * rows, y0 - of.bottom * rows, of.known, ROWS, &to->top,
+                         &to->bottom);
     return wide_bits(in);
 }
 

@@ -71,11 +71,13 @@ static void render_tile(const Scene *scene, const Target *target, int column, in
     }
 }
 
-// REFINE: makes a pixel of a film.
+// REFINE: makes a pixel of a film, as edges() lists it.
 static void render_one(const Scene *scene, __global channel *film, int pixel, int width,
                        int first_column, int first_row, int samples, __global const real *points) {
+    int least = pixel < 0 ? LEAST_OF_SMALL : 1;
+    if (pixel < 0) pixel = ~pixel;
     int column = pixel % width, row = pixel / width;
-    Sample sample = refined(scene, first_column + column, first_row + row, samples, points);
+    Sample sample = refined(scene, first_column + column, first_row + row, least, samples, points);
     store_row(exposure_of(sample), 0, film + CHANNELS * (size_t)pixel, 1);
 }
 

@@ -5,6 +5,9 @@
 // of one pixel. With GATHER every pixel gets several samples: the lanes are then pixels, and all have
 // their points at the same places.
 //
+// A ball of less than a pixel may lie between the points of all pixels around it. mark_balls() finds where
+// it can show in closed form, however few there are. It looks at spheres one by one, not at what hides them.
+//
 // A picture is the mean over each pixel's square. The points are those of a Sobol sequence, scrambled
 // after Owen, so that n of them miss the share of a pixel that lies beyond a straight edge by about
 // 0.3 n^-0.75 (rms, tests/test_samples.py).
@@ -28,19 +31,97 @@ static uint edges_of(__global const uint *middle, int width) {
     return c.x | c.y;
 }
 
-// REFINE: lists the pixels of a film that are at an edge, in any order. So are those at the picture's
+// Marks of 16 pixels of a row, from `left` on: the lower half of a word says in which of them a ball may
+// show that no neighbour's sample has met, the upper half in which of them one of less than four pixels.
+typedef struct {
+    __global uint *words;
+    int left, top, right, bottom;  // of what is marked: columns and rows of the picture
+    int per_row;                   // words
+    real missed, small;            // balls whose radius is less than that, in pixels
+} Marks;
+
+// REFINE: marks the pixels that a rectangle of the screen reaches into, if it is that of a small ball.
+static void mark(const Marks *to, __global const Camera *camera, real left, real right, real bottom,
+                 real top) {
+    real columns = REAL(0.5) / camera->step[0], rows = REAL(0.5) / camera->step[1];
+    real radius = REAL(0.5) * fmin((right - left) * columns, (top - bottom) * rows);
+    if (!(radius < to->small)) return;
+    // A pixel reaches half of one to each side of its middle.
+    real x0 = REAL(0.5) * camera->last[0] + REAL(0.5) - to->left;
+    real y0 = REAL(0.5) * camera->last[1] + REAL(0.5) - to->top;
+    left = left * columns + x0, right = right * columns + x0;
+    real first_row = y0 - top * rows, last_row = y0 - bottom * rows;
+    int width = to->right - to->left, height = to->bottom - to->top;
+    if (!(right >= 0 && left < width && last_row >= 0 && first_row < height)) return;
+    int first = fmax(left, (real)0), last = fmin(right, (real)(width - 1));
+    int end = fmin(last_row, (real)(height - 1));
+    for (int row = fmax(first_row, (real)0); row <= end; row++)
+        for (int word = first / 16; word <= last / 16; word++) {
+            int low = max(first - 16 * word, 0), high = min(last - 16 * word, 15);
+            uint bits = (2u << high) - (1u << low);
+            uint all = bits << 16 | (radius < to->missed ? bits : 0);
+            atomic_or(to->words + (size_t)row * to->per_row + word, all);
+        }
+}
+
+// REFINE: where 16 spheres of the list can show; not those that are none, or giants.
+static Silhouettes silhouettes_of_list(__global const Camera *camera,
+                                       __global const Sphere *spheres, int count) {
+    wides place[5];
+    real *x = (real *)place, *y = x + WIDE, *depth = y + WIDE;
+    real *away = depth + WIDE, *radius = away + WIDE;
+    for (int k = 0; k < WIDE; k++) {
+        __global const Sphere *sphere = spheres + min(k, count - 1);
+        __global const real *c = sphere->anchor;
+        x[k] = TREE ? dot_real(c, camera->right) : c[0];
+        y[k] = TREE ? dot_real(c, camera->up) : c[1];
+        depth[k] = -(TREE ? dot_real(c, camera->back) : c[2]);
+        away[k] = sqrt(dot_real(c, c));
+        bool there = k < count && !sphere->giant && sphere->c0 < INFINITY;
+        radius[k] = there ? 1 / sphere->inv_radius : NAN;
+    }
+    return silhouettes_of(camera, place[0], place[1], place[2], place[3], place[4]);
+}
+
+// REFINE: marks the pixels in which small spheres can show, see Marks; the words are 0 before. Global size: any.
+__kernel void mark_balls(__global uint *words, int left, int top, int right, int bottom,
+                         int per_row, real missed, real small, __global const Camera *camera,
+                         int sphere_count, __global const Sphere *spheres,
+                         __global const Leaf *leaves, __global const Shape *shape) {
+    Marks marks = {words, left, top, right, bottom, per_row, missed, small};
+    int listed = (sphere_count + WIDE - 1) / WIDE, all = listed;
+    if (TREE) all += (shape->node_count - shape->lowest) * shape->per_node;
+    for (int i = get_global_id(0); i < all; i += get_global_size(0)) {
+        Silhouettes of[1];
+        if (i < listed) {
+            of[0] = silhouettes_of_list(camera, spheres + WIDE * i, sphere_count - WIDE * i);
+        } else {
+            of[0] = silhouettes_of_leaf(camera, leaves + (i - listed));
+        }
+        const real *each = (const real *)of;
+        uint bits = wide_bits(of[0].known & (of[0].right > of[0].left));
+        for (; bits; bits &= bits - 1) {
+            int k = LOWEST_BIT(bits);
+            mark(&marks, camera, each[k], each[WIDE + k], each[2 * WIDE + k], each[3 * WIDE + k]);
+        }
+    }
+}
+
+// REFINE: lists the pixels of a film that are at an edge or marked, in any order. So are those at the picture's
 // border: what lies beyond it may begin in them.
 // paths: height x width. Those are listed that lie before column `right`, from column `left` and row
-// `first_row` on, by their place in a film that begins with that row. A listed pixel has neighbours
-// in `paths` but where the picture ends. Global size: (columns / 16, rounded up; rows).
+// `first_row` on, by their place in a film that begins with that row; ~place where a small ball is. A listed pixel has neighbours
+// in `paths` but where the picture ends. marks: a word for each work-item. Global size: (columns / 16, rounded up; rows).
 __kernel void edges(__global const uint *paths, int width, int height, int left, int first_row,
-                    int right, __global int *list, __global int *count) {
+                    int right, __global const uint *marks, __global int *list,
+                    __global int *count) {
     int column = left + 16 * get_global_id(0), row = first_row + get_global_id(1);
+    uint mark = marks[get_global_id(1) * get_global_size(0) + get_global_id(0)];
     bool last = row == 0 || row == height - 1;
     __global const uint *at = paths + (size_t)row * width + column;
-    uint bits = 0;
+    uint bits = mark & 0xffff;
     if (!last && column > 0 && column + 17 <= width && column + 16 <= right) {
-        bits = edges_of(at, width);
+        bits |= edges_of(at, width);
     } else {
         for (int i = 0; i < 16 && column + i < right; i++) {
             bool unlike = last || column + i == 0 || column + i == width - 1;
@@ -51,8 +132,11 @@ __kernel void edges(__global const uint *paths, int width, int height, int left,
     }
     if (!bits) return;
     int found[16], number = 0;
-    for (int i = 0; i < 16; i++)
-        if (bits >> i & 1) found[number++] = (row - first_row) * width + column + i;
+    for (int i = 0; i < 16; i++) {
+        if (!(bits >> i & 1)) continue;
+        int place = (row - first_row) * width + column + i;
+        found[number++] = mark >> (16 + i) & 1 ? ~place : place;
+    }
     int place = atomic_add(count, number);
     for (int i = 0; i < number; i++) list[place + i] = found[i];
 }
@@ -124,6 +208,10 @@ static Sample gathered(const Scene *scene, int column, int row, int samples,
 
 #define ENOUGH REAL(127.5)
 
+// So many samples at least where a small ball is: 16 points leave room for a disc that covers 0.125 of a
+// pixel, and 48 for 0.054 (tests/test_samples.py).
+#define LEAST_OF_SMALL (3 * BATCH)
+
 // REFINE: how far apart the colours of n samples may lie so that their mean is off by at most 1/255: an
 // edge that parts them is missed by 0.3 n^-0.75 of that (rms); half of it is ENOUGH.
 static real range_that_is_enough(int n) {
@@ -131,8 +219,8 @@ static real range_that_is_enough(int n) {
     return root * sqrt(root) / ENOUGH;
 }
 
-// REFINE: the mean of several samples of one pixel.
-static Sample refined(const Scene *scene, int column, int row, int samples,
+// REFINE: the mean of several samples of one pixel: at least so many, if no more are.
+static Sample refined(const Scene *scene, int column, int row, int least, int samples,
                       __global const real *points) {
     Sum sum = {vector(0, 0, 0), 0};
     Vector low = vector(INFINITY, INFINITY, INFINITY), high = scaled(low, -1);
@@ -162,7 +250,7 @@ static Sample refined(const Scene *scene, int column, int row, int samples,
         if (FILM_ALPHA && !OPACITY && seen > 0 && seen < end) range = max(range, REAL(1.0));
         if (FILM_ALPHA && OPACITY)
             range = max(range, JOIN(most, LANES)(most_seen) - JOIN(least, LANES)(least_seen));
-        enough = !(range > range_that_is_enough(end));
+        enough = end >= least && !(range > range_that_is_enough(end));
     }
     Sample mean = {
         vector(JOIN(total, LANES)(sum.color.x) / end, JOIN(total, LANES)(sum.color.y) / end,

@@ -15,7 +15,7 @@ from clrt.opencl.denoise import denoise
 from clrt.opencl.tree import Tree
 from clrt.renderer import glass
 from clrt.renderer.pack.arguments import arguments_of, sampling
-from clrt.renderer.pack.features import Features
+from clrt.renderer.pack.features import Features, missed
 from clrt.renderer.pack.kinds import KINDS, Kind, kinds_of
 from clrt.renderer.pack.structs import FILMS, Precision
 from clrt.renderer.pack.world import World, pack_world
@@ -186,7 +186,7 @@ class Dispatcher:
             features, kernels = programs[1]
             more = arguments | sampling(features, scene)
             seconds += edges.refine(
-                film, (x0, y0), inside, paths, self._queue, kernels, more, progress
+                film, (x0, y0), inside, paths, self._queue, kernels, more, missed(scene), progress
             )
         if features.nest:
             _say_lost(arguments["lost"])

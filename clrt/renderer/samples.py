@@ -49,10 +49,10 @@ by 0.04 pixels (rms over scramblings); balls of five pixels look worse by these 
 
 PIXEL = 33545
 """The number of the pixel's sequence: of 40,000 one whose first 16 points leave little room. A
-straight edge with all of them on one side parts 0.052 of the pixel from them at most, a disc as
-wide as the pixel covers 0.074 and a band between two points 0.24. Of most sequences these are
-0.085, 0.1 and 0.25. So an edge that the first 16 samples do not see is less than a sixteenth of its
-contrast off."""
+straight edge with all of them on one side parts 0.052 of the pixel from them at most (of most
+sequences 0.085), a disc of two pixels' radius 0.054, one of 0.2 pixels 0.125, and a band between
+two points 0.24. Discs of any size have room for 0.054 beside the first 48. So an edge that the
+first samples do not see is less than a sixteenth of its contrast off, where small balls have 48."""
 
 
 def offsets(count: int) -> NDArray[np.float64]:

@@ -66,7 +66,8 @@ def _try_here(device: "cl.Device", source: str, features: Features) -> bytes:
         arguments = arguments | sampling(features, scene)
         if features.nest:
             arguments["lost"] = np.zeros(2, np.int32)
-        edges.refine(film, (0, 0), (0, 0, *size), everywhere["paths"], queue, kernels, arguments)
+        paths = everywhere["paths"]
+        edges.refine(film, (0, 0), (0, 0, *size), paths, queue, kernels, arguments, 1)
     else:
         film, _ = dispatcher.exposed([(features, kernels)], scene, arguments, size, (0, 0, *size))
     if features.film == "guides":

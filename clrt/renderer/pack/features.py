@@ -240,6 +240,16 @@ def base_samples(scene: Scene) -> int:
     return min(SMALLS_BASE if small else 1, scene.samples)
 
 
+def missed(scene: Scene) -> float:
+    """Balls are looked for whose rectangle's shorter half is less than this, in pixels.
+
+    A ball of more than 0.71 pixels that reaches into a pixel has the middle of that or of a
+    neighbour inside, one of more than 0.40 one of the points of samples.CENTRED. The rectangle of
+    what looks long and slanted is up to 1.26 times as wide as that out to 48 degrees from the view.
+    """
+    return 0.5 if base_samples(scene) == SMALLS_BASE else 0.9
+
+
 def _goes_on(world: World, scene: Scene) -> bool:
     """Whether a path can go on after its first hit."""
     used = world.materials.values()
