@@ -87,6 +87,14 @@ def dense() -> clrt.Scene:
     return scene_of(np.vstack([center, [(0.5, 0, 0.99)]]), np.append(radius + 0.3, 0.38))
 
 
+def before_a_wall() -> clrt.Scene:
+    """All rays of a tile end at a wall, 10 away, before one of them meets a sphere; the spheres
+    begin 9.5 away. So a tile's beam that ends a tenth too early has none of them."""
+    center = np.random.default_rng(2).uniform((-1.7, -0.9, -8.8), (1.7, 0.9, -8.6), (60, 3))
+    wall = np.vstack([center, [(0, 0, -9 - 5000)]])
+    return scene_of(wall, np.append(np.full(60, 0.1), 5000), camera=replace(CAMERA, fov=20.0))
+
+
 def around_a_light(scene: clrt.Scene) -> clrt.Scene:
     """With a ball around a light that is out of sight: one program serves it and among_giants()."""
     spheres = clrt.Spheres.of(scene.spheres)
@@ -116,6 +124,7 @@ SCENES = {
     "orthographic in it": replace(among_giants(), camera=ABOVE),
     "glass": glassy(around_a_light(scene_of(*cloud(300)))),
     "glass among giants": glassy(among_giants()),
+    "before a wall": before_a_wall(),
     "far light": scene_of(*cloud(300), lights=[clrt.Light((1e6, 2e6, 3e6))]),
     "biased": scene_of(*cloud(300), shadow_bias=1e-3),
     "dense": dense(),
