@@ -9,7 +9,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 from msgspec.structs import replace
@@ -18,9 +19,10 @@ from PIL import Image
 from clrt.errors import ClrtError
 from clrt.figure.rendering import Array, Renderer
 from clrt.files import image
+from clrt.scene.scene import Scene
 from clrt.viewer.overlay import Overlay, bare, needs_depth
 from clrt.viewer.preview import preview
-from clrt.viewer.quick import quick
+from clrt.viewer.quick import has_closed_form, quick, sky_of
 from clrt.viewer.schedule import Schedule, Task
 from clrt.viewer.session import Change, Look, Pick, Session, Shot, Shown
 
@@ -32,6 +34,8 @@ PREVIEWS = 0.05
 """Seconds between two of them."""
 COMPILES = 1.0
 """Seconds after which the first picture is late since its program is compiled."""
+SKY_SIZE = 96
+"""Pixels of the longer side of the pictures that sky_of() compares."""
 COMPILING = "compiling for this kind of scene, once: till then a preview"
 
 
@@ -88,6 +92,8 @@ class Painter:
         self._waits = True
         """Whether nothing was rendered yet."""
         self._previewed = -PREVIEWS  # when
+        self._sky = 1.0  # what sky_of() said
+        self._sky_of: Scene | None = None  # of this one
         self._changed = threading.Condition()  # guards all but the queue
         self._changes = 0
         self._busy: dict[int, float] = {}
@@ -176,6 +182,8 @@ class Painter:
             else:
                 header["render"] = time.perf_counter() - started
                 self._rendered.put(Picture(task, shot, film, depth, header))
+                if not task.moves:
+                    self._fit_sky(shot)
             finally:
                 line.cancel()
         self._rendered.put(None)
@@ -196,28 +204,48 @@ class Painter:
         """A picture, and its depths if what is drawn over it needs them. Only the last one has that
         in it: the others have it beside them, and less noise than their samples leave."""
         scene = replace(shot.scene, samples=task.samples)
-
-        def progress(rows: int) -> None:
-            if self._is_closed or (self._schedule.moves and not task.moves):
-                raise CancelledError
-            if not task.moves:
-                self._stage.give_way()
-
-        options: dict[str, Any] = {"dtype": "uint8", "progress": progress}
+        progress = partial(self._go_on, task.moves)
         if task.is_final:
-            return self._stage.renderer.render(scene, *shot.size, **options), None
+            final = self._stage.renderer.render(scene, *shot.size, dtype="uint8", progress=progress)
+            return final, None
         width, height = (max(round(task.scale * side), 1) for side in shot.size)
         names = ("depth",) if needs_depth(scene.film) else ()
         with self._stage.at_once() if task.moves else nullcontext(self._stage.renderer) as renderer:
             film, passes = renderer.render(
-                quick(bare(scene), moves=task.moves),
+                quick(bare(scene), moves=task.moves, sky=self._sky),
                 width,
                 height,
+                dtype="uint8",
                 alpha=False,
                 passes=names,
-                **options,
+                progress=progress,
             )
         return film, passes.get("depth")
+
+    def _go_on(self, moves: bool, rows: int) -> None:
+        """Asked while a picture is rendered, that moves or not.
+
+        Raises:
+            CancelledError: another one is due.
+        """
+        if self._is_closed or (self._schedule.moves and not moves):
+            raise CancelledError
+        if not moves:
+            self._stage.give_way()
+
+    def _fit_sky(self, shot: Shot) -> None:
+        """Once for each scene that is at rest: so it is as bright when it moves on."""
+        if self._sky_of is shot.scene or not has_closed_form(shot.scene):
+            return
+        size = [max(round(side * SKY_SIZE / max(shot.size)), 1) for side in shot.size]
+
+        def picture(scene: Scene) -> Array:
+            return self._stage.renderer.render(
+                scene, *size, dtype="uint8", alpha=False, progress=partial(self._go_on, False)
+            )
+
+        with suppress(CancelledError, ClrtError):  # who moves is told what is wrong
+            self._sky, self._sky_of = sky_of(bare(shot.scene), picture), shot.scene
 
     def _encode(self) -> None:
         while (picture := self._rendered.get()) is not None:
