@@ -332,7 +332,7 @@ ODD = (53, 31)
 
 @pytest.mark.parametrize("tree", [False, True], ids=["list", "tree"])
 def test_bits(device: cl.Device, render, monkeypatch: pytest.MonkeyPatch, tree: bool) -> None:
-    """Those of the same picture once more, of a part of it, and of bands."""
+    """Those of the same picture once more, of a part of it, of bands, and of pieces of these."""
     whole = render(EVERYTHING, ODD, tree)
     assert np.isfinite(whole).all()
     assert (render(EVERYTHING, ODD, tree) == whole).all()
@@ -342,6 +342,13 @@ def test_bits(device: cl.Device, render, monkeypatch: pytest.MonkeyPatch, tree: 
     monkeypatch.setattr("clrt.opencl.bands.BAND_SECONDS", 0.0)
     monkeypatch.setattr("clrt.opencl.bands.FIRST_BAND_TESTS", 1)
     assert (render(EVERYTHING, ODD, tree) == whole).all()
+    monkeypatch.setattr("clrt.opencl.bands.ROW_SAMPLES", 1)
+    monkeypatch.setattr("clrt.opencl.bands.PIECE_SAMPLES", 1)
+    monkeypatch.setattr("clrt.opencl.bands.UNIT_ROWS", 3)
+    rows: list[int] = []
+    assert (render(EVERYTHING, ODD, tree, progress=rows.append) == whole).all()
+    assert 0 in rows
+    assert sum(rows) == 31
     # In another process, by one thread.
     code = (
         "import sys; import numpy as np; import test_random as this\n"
