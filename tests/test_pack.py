@@ -197,6 +197,25 @@ def test_a_world_is_packed_again_only_if_it_changes() -> None:
     assert not world.is_of(scene)
 
 
+LONG = clrt.Camera((0, 0, 1), (0, 0, -7), fov=10)
+LINES = replace(LONG, projection="orthographic", fov=None, height=1.0)
+
+
+@pytest.mark.parametrize("camera", [LONG, LINES], ids=["perspective", "orthographic"])
+def test_rays_start_where_all_spheres_say(camera: clrt.Camera, monkeypatch) -> None:
+    """Most are left out once one is nearer: those that are beside the picture do not count, nor do
+    large ones where rays are lines."""
+    random = np.random.default_rng(3)
+    center = random.uniform((-3, -3, -9), (3, 3, -5), (500, 3))
+    many = clrt.Spheres(center, 10 ** random.uniform(-2, 0.7, 500), "a")
+    screen = lens.half_screen(camera, 16, 9)
+    starts = set()
+    for block in (500, 7, 1):
+        monkeypatch.setattr(lens, "BLOCK", block)
+        starts.add(float(lens.start(camera, many, clrt.Capsules.of(()), (), screen, np.float64)))
+    assert len(starts) == 1
+
+
 BEAD = Sphere((0, 0, 0), 0.01, "a")
 AHEAD = Camera((0, 0, 2), (0, 0, 0))
 

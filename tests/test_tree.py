@@ -453,6 +453,28 @@ def test_spheres_that_move_keep_their_order_while_that_is_sooner(device: cl.Devi
     assert renderer._dispatcher.trees[0] not in (None, made)
 
 
+def test_what_does_not_move_is_kept(device: cl.Device) -> None:
+    """Camera and lights move, as those of figures do, and then colours are others: each time the
+    bits are those of a renderer that knows nothing."""
+    center, radius = cloud(200)
+    colors = np.random.default_rng(1).uniform(0, 1, (2, 200, 3))
+    some, others = (clrt.Spheres(center, radius, "shiny", color) for color in colors)
+    first = clrt.Scene(CAMERA, LIGHTS, MATERIALS, some)
+    camera, lights = replace(CAMERA, position=(0.3, 0, 1)), (clrt.Light((-5, 5, 1)), LIGHTS[1])
+    moved = replace(first, camera=camera, lights=lights)
+    changed = replace(moved, spheres=others)
+    expected = [Renderer(device=device).render(scene, *SIZE) for scene in (moved, changed)]
+    renderer = Renderer(device=device)
+    renderer.render(first, *SIZE)
+    packed, made = renderer._dispatcher.world(first), renderer._dispatcher.trees[0]
+    on_device = dict(renderer._dispatcher._uploaded)
+    assert (renderer.render(moved, *SIZE) == expected[0]).all()
+    assert renderer._dispatcher.world(moved).colors is packed.colors
+    assert renderer._dispatcher._uploaded == on_device
+    assert renderer._dispatcher.trees[0] is made
+    assert (renderer.render(changed, *SIZE) == expected[1]).all()
+
+
 def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
     """Were it, each ray would meet every box, and a million spheres would take an hour."""
     renderer = Renderer(device=device)

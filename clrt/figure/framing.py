@@ -221,10 +221,8 @@ def _extent(parts: Iterable[Spheres], corners: Array, axes: Array) -> tuple[Arra
         low, high = np.minimum(low, along.min(axis=1)), np.maximum(high, along.max(axis=1))
     for spheres in parts:
         for block in lens.blocks(len(spheres)):
-            center, radius = (
-                spheres.center[block].astype(float).T,
-                spheres.radius[block].astype(float),
-            )
+            center = np.ascontiguousarray(spheres.center[block].T, float)
+            radius = spheres.radius[block].astype(float)
             for i, (x, y, z) in enumerate(axes):
                 # Not a product of matrices: its rounding depends on how they lie in memory.
                 middle, reach = center[0] * x + center[1] * y + center[2] * z, length[i] * radius

@@ -22,7 +22,7 @@ from clrt.values import Color
 
 Array = NDArray[Any]
 
-BLOCK = 1 << 14  # pixels that are developed at a time: their arrays stay in the cache
+BLOCK = 1 << 13  # pixels that are developed at a time: their arrays stay in the cache
 
 EVERYWHERE = 1 << 31
 """More pixels than a picture has each way."""

@@ -15,10 +15,10 @@ from clrt.opencl.denoise import denoise
 from clrt.opencl.tree import Tree
 from clrt.renderer import glass
 from clrt.renderer.pack.arguments import arguments_of, sampling
-from clrt.renderer.pack.features import Features, missed
+from clrt.renderer.pack.features import Features, has_tree, missed
 from clrt.renderer.pack.kinds import KINDS, Kind, kinds_of
 from clrt.renderer.pack.structs import FILMS, Precision
-from clrt.renderer.pack.world import World, pack_world
+from clrt.renderer.pack.world import World, pack_world, relit
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class Dispatcher:
         self._world: World | None = None
         # The kinds that have been exchanged for as many others since their tree was built.
         self._moved: set[int] = set()
+        # Large arguments of the world on the device, by name.
+        self._uploaded: dict[str, cl.Buffer] = {}
         self._films: defaultdict[str, memory.Films] = defaultdict(memory.Films)
         self.trees: dict[int, Tree] = {}
         """By the numbers of their kinds."""
@@ -47,12 +49,18 @@ class Dispatcher:
         """Waits for the device and lets go of buffers and memory."""
         self._queue.finish()
         self._world = None
+        self._uploaded.clear()
         self.trees.clear()
         self._films.clear()
 
     def world(self, scene: Scene) -> World:
-        """The packed scene without its camera, kept while only the camera changes."""
-        if self._world is None or not self._world.is_of(scene):
+        """The packed scene without its camera, kept while only the camera changes. Where only
+        lights do as well, all the rest is kept."""
+        if self._world is not None and self._world.has_things_of(scene):
+            if not self._world.is_of(scene):
+                self._world = relit(self._world, scene)
+        else:
+            self._uploaded.clear()
             before, self._world = self._world, pack_world(scene, self._precision)
             for kind in KINDS:
                 if before is None or kind.count(before) != kind.count(self._world):
@@ -76,7 +84,21 @@ class Dispatcher:
             things = arguments[kind.names["things"]]
             fitted = self._fitted(kind, world, things, kernels, seconds)
             arguments |= {kind.names[name]: value for name, value in fitted.items()}
-        return arguments
+        return arguments | self._on_device(world)
+
+    def _on_device(self, world: World) -> "dict[str, cl.Buffer]":
+        """The arguments that have as many rows as there are things, and depend on no camera: copied
+        to the device once, and not for each program and picture."""
+        many = {"sphere_colors": world.colors, "glass": world.glass, **world.of_faces}
+        if has_tree(world):
+            many["materials_of"] = world.material_of
+        missing = {
+            name: array
+            for name, array in many.items()
+            if array is not None and name not in self._uploaded
+        }
+        self._uploaded |= bands.upload(self._queue.context, missing)
+        return self._uploaded
 
     def _fitted(
         self,

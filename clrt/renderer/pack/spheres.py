@@ -103,14 +103,15 @@ def tree_keys(spheres: Spheres) -> Array:
     """What a tree is ordered by, (spheres, 4) float32: centre and twice the radius, in units of the
     box around the centres, from about the middle one: so a ball of radius 1e9 as a ground leaves
     the others their digits."""
-    sides = spheres.center.T.astype(np.float64, copy=False)  # each by itself: twice as fast
-    half = float(max(np.max(side) / 2 - np.min(side) / 2 for side in sides)) or 1.0
+    ends = [(side.min(), side.max()) for side in spheres.center.T]
+    half = float(max(np.float64(high) / 2 - np.float64(low) / 2 for low, high in ends)) or 1.0
     some = spheres.center[:: -(-len(spheres) // lens.LOOKED_AT)].astype(np.float64, copy=False)
     middle = np.sort(some, axis=0)[len(some) // 2]
     keys = np.empty((len(spheres), 4), np.float32)
     for block in lens.blocks(len(spheres)):
         # Halves, lest two centres be farther apart than any number.
-        keys[block, :3] = (spheres.center[block] / 2 - middle / 2) / half
+        for axis in range(3):
+            keys[block, axis] = _apart(spheres.center[block] / 2, middle / 2, axis) / half
         keys[block, 3] = np.minimum(spheres.radius[block] / np.float64(half), 1e30)
     return keys
 
@@ -119,6 +120,8 @@ def opacities(materials: Sequence[Material], material_of: Array, spheres: Sphere
     """(things,), what each sphere and its material say, and those of capsules and faces after them;
     None: all are opaque."""
     of_materials = np.array([m.opacity for m in materials], np.float64)
+    if spheres.opacity is None and not (of_materials < 1).any():
+        return None
     found = of_materials[material_of] if len(materials) else of_materials
     if spheres.opacity is not None:
         found[: len(spheres)] *= spheres.opacity
@@ -144,7 +147,9 @@ def panes(
         found["veil"], found["opacity"] = _veils(1 - opacity, real), opacity
         return found, 0, np.flatnonzero(opacity == 0)
     transmission = np.array([m.transmission for m in materials], np.float64)
-    transparent = (transmission > 0)[material_of] if len(materials) else none
+    if not (transmission > 0).any():
+        return None, 0, none
+    transparent = (transmission > 0)[material_of]
     where = np.flatnonzero(transparent)
     if len(where) == 0:
         return None, 0, none

@@ -1,7 +1,7 @@
 """World: what of a scene does not depend on its camera: things, materials, lights."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -86,12 +86,15 @@ class World:
 
     def is_of(self, scene: Scene) -> bool:
         """Whether it is this scene's: by identity of what can be many."""
+        return self.has_things_of(scene) and self.lights == scene.lights
+
+    def has_things_of(self, scene: Scene) -> bool:
+        """Whether it is this scene's but for its lights."""
         spheres, capsules, meshes = self.given
         return (
             spheres is scene.spheres
             and capsules is scene.capsules
             and meshes is scene.meshes
-            and self.lights == scene.lights
             and self.materials == scene.materials
         )
 
@@ -115,10 +118,6 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     """Packs what does not depend on the camera."""
     real = PRECISIONS[precision]
     materials = list(scene.materials.values())
-    shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
-    ambient = [light for light in scene.lights if isinstance(light, AmbientLight)]
-    open_ambient = [light for light in ambient if not light.occlusion]
-    skies = tuple(light for light in ambient if light.occlusion)
     many, capsules = Spheres.of(scene.spheres), Capsules.of(scene.capsules)
     # Buffers of none cannot be made, and vertices of no face are nowhere in the picture.
     surfaces = [mesh.trimmed() for mesh in scene.meshes if len(mesh)]
@@ -134,31 +133,49 @@ def pack_world(scene: Scene, precision: Precision) -> World:
     panes, nest, gone = spheres.panes(materials, material_of, many, opacity, real)
     with overflow(precision):
         packed_materials = _materials(materials, precision)
-        shades = _shades(materials, shining, open_ambient, skies, precision)
         colors = _colors([many, capsules, *surfaces], real)
         of_faces = meshes.arguments(surfaces, len(many) + len(capsules), real)
-    inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
     return World(
         precision=precision,
         given=(scene.spheres, scene.capsules, scene.meshes),
-        lights=scene.lights,
         materials=dict(scene.materials),
         spheres=many,
         capsules=capsules,
         meshes=surfaces,
-        shining=shining,
-        skies=skies,
         material_of=material_of,
-        light_inside=np.flatnonzero(inside),
         packed_materials=packed_materials,
-        shades=shades,
         colors=colors,
         is_translucent=opacity is not None,
         glass=panes,
         nest=nest,
         of_faces=of_faces,
         gone=gone,
+        **_lit(scene, many, precision),
     )
+
+
+def relit(world: World, scene: Scene) -> World:
+    """The world of a scene that has the same things, and other lights."""
+    return replace(world, **_lit(scene, world.spheres, world.precision))
+
+
+def _lit(scene: Scene, many: Spheres, precision: Precision) -> dict[str, Any]:
+    """What of a world depends on lights."""
+    materials = list(scene.materials.values())
+    shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
+    ambient = [light for light in scene.lights if isinstance(light, AmbientLight)]
+    open_ambient = [light for light in ambient if not light.occlusion]
+    skies = tuple(light for light in ambient if light.occlusion)
+    with overflow(precision):
+        shades = _shades(materials, shining, open_ambient, skies, precision)
+    inside = lights.encloses(many.center, many.radius, shining).any(axis=0)
+    return {
+        "lights": scene.lights,
+        "shining": shining,
+        "skies": skies,
+        "light_inside": np.flatnonzero(inside),
+        "shades": shades,
+    }
 
 
 def _colors(parts: Sequence[Rows[Any] | Mesh], real: Real) -> Array | None:
