@@ -126,7 +126,8 @@ def _built(program: "cl.Program", options: Sequence[str]) -> "cl.Program":
 
 def cache_path(device: "cl.Device", source: str, options: Sequence[str]) -> Path:
     """Where a program is kept."""
-    depends_on = source, list(options), identity(device), LAUNCHES
+    of_source = hashlib.sha256(source.encode()).digest()  # its repr() takes ten times as long
+    depends_on = of_source, list(options), identity(device), LAUNCHES
     key = hashlib.sha256(repr(depends_on).encode()).hexdigest()
     return storage.cache_folder() / key
 

@@ -60,7 +60,9 @@ def middle_size(
     ahead = width > 0
     if not ahead.any():
         return np.inf
-    return float(np.median(radius[ahead] / width[ahead]))
+    # np.median imports masked arrays, which takes 10 ms.
+    parts = np.sort(radius[ahead] / width[ahead])
+    return float(parts[(len(parts) - 1) // 2] / 2 + parts[len(parts) // 2] / 2)
 
 
 def start(

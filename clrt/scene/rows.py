@@ -82,7 +82,8 @@ class Rows(Sequence[T]):
     @property
     def used(self) -> list[str]:
         """The names of their materials, if these have names."""
-        return [(self.names or ())[i] for i in np.unique(self.material_index)]
+        there = np.flatnonzero(np.bincount(self.material_index))  # np.unique() imports much more
+        return [(self.names or ())[i] for i in there]
 
     def with_names(self, names: tuple[str, ...]) -> Self:
         """These, with the scene's names of materials if they have but indices.
