@@ -18,6 +18,7 @@ LOCK_GRACE_SECONDS = 60  # a younger file may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
 KEPT_ROOM = 200 << 20  # bytes of all that is kept: 1200 programs
 KEY_LENGTH = 64  # of a kept file's name: sha256, in hexadecimal digits
+IN_MEMORY = "/dev/shm"  # Linux has a file system there
 
 
 def folder(name: str) -> Path:
@@ -29,13 +30,17 @@ def cache_folder(runs: bool = False) -> Path:
     """The folder for things that clrt can make again. It is in the user's cache (XDG base
     directories), or in the temporary folder if that cannot be written or is full.
 
-    runs: whether programs must run from there.
+    runs: whether programs must run from there, and of this process only. Those are kept in memory,
+        unless XDG_CACHE_HOME says where: PoCL waits for a disk at each file, 6 ms a program.
 
     Raises:
         DeviceError: neither has room, or lets programs run.
     """
     reason = ""
-    for find in (_of_user, _temporary):
+    finds = [_of_user, lambda: _own(tempfile.gettempdir())]
+    if runs and "XDG_CACHE_HOME" not in os.environ:
+        finds.insert(0, lambda: _own(IN_MEMORY))
+    for find in finds:
         try:
             found = find()
             with tempfile.TemporaryFile(dir=found) as probe:
@@ -57,9 +62,9 @@ def _of_user() -> Path:
     return found
 
 
-def _temporary() -> Path:
+def _own(parent: str) -> Path:
     """A folder that only this user can write, the same one in every run."""
-    found = Path(tempfile.gettempdir()).absolute() / f"clrt-{os.getuid()}"
+    found = Path(parent).absolute() / f"clrt-{os.getuid()}"
     found.mkdir(mode=0o700, exist_ok=True)
     status = found.lstat()
     if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):

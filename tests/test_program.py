@@ -76,6 +76,21 @@ def test_the_cache_forgets_what_was_not_used_for_longest(
     assert [path.name for path in tmp_path.iterdir()] == ["run-x"]
 
 
+def test_what_is_run_lies_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless the user says where, or there is no such folder."""
+    (tmp_path / "home").mkdir()
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr("clrt.storage.IN_MEMORY", str(tmp_path))
+    of_user = tmp_path / "home" / ".cache" / "clrt"
+    assert storage.cache_folder() == of_user
+    assert storage.cache_folder(runs=True) == tmp_path / f"clrt-{os.getuid()}"
+    monkeypatch.setattr("clrt.storage.IN_MEMORY", str(tmp_path / "none"))
+    assert storage.cache_folder(runs=True) == of_user
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert storage.cache_folder(runs=True) == tmp_path / "clrt"
+
+
 def test_a_program_belongs_to_cpu_and_width(
     device: cl.Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
