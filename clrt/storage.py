@@ -8,7 +8,7 @@ import secrets
 import stat
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def cache_folder(runs: bool = False) -> Path:
         DeviceError: neither has room, or lets programs run.
     """
     reason = ""
-    finds = [_of_user, lambda: _own(tempfile.gettempdir())]
+    finds: list[Callable[[], Path]] = [_of_user, lambda: _own(tempfile.gettempdir())]
     if runs and "XDG_CACHE_HOME" not in os.environ:
         finds.insert(0, lambda: _own(IN_MEMORY))
     for find in finds:
