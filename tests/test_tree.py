@@ -145,6 +145,7 @@ AT_RANDOM = {
 
 OF_THEIR_OWN = ("orthographic", "long lens")
 """Scenes that share their programs with no other."""
+SHARED = [name for name in SCENES if name not in OF_THEIR_OWN]
 
 
 BEFORE = '#line 1 "cone.cl"'
@@ -212,9 +213,7 @@ def test_every_way_gives_the_same_bits(device: cl.Device, ways, name: str, lanes
 @pytest.mark.parametrize(
     ("name", "lanes", "precision"),
     [
-        *((name, 4, "robust") for name in SCENES),
-        # Others share these programs.
-        *((name, 16, "double") for name in SCENES if name not in OF_THEIR_OWN),
+        *((name, *way) for name in SHARED for way in ((4, "robust"), (16, "double"))),
         *(("glass among giants", *way) for way in ((2, "robust"), (8, "robust"))),
     ],
 )
@@ -485,17 +484,17 @@ def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [10**5, 10**6])
-def test_many(n: int) -> None:
-    """300 pixels against the truth."""
+@pytest.mark.parametrize(("n", "count"), [(10**5, 300), (10**6, 100)])
+def test_many(n: int, count: int) -> None:
+    """So many pixels against the truth, which goes through all spheres for each."""
     scene = scene_of(*cloud(n))
     random = np.random.default_rng(2)
-    pixels = [(int(r), int(c)) for r, c in random.integers(0, (540, 960), (300, 2))]
+    pixels = [(int(r), int(c)) for r, c in random.integers(0, (540, 960), (count, 2))]
     truth = reference.trace(scene, 960, 540, pixels=pixels)
     with Renderer() as renderer:
         image = renderer.render(scene, 960, 540)
         paths = renderer.paths(scene, 960, 540)
     rows, columns = np.transpose(pixels)
     same = paths[rows, columns] == truth.paths
-    assert same.mean() > 0.97  # mirrors magnify
+    assert same.mean() > 0.95  # mirrors magnify
     assert abs(image[rows, columns] - truth.image)[same].max() < 5e-3
