@@ -19,6 +19,8 @@ def test_there_and_back() -> None:
     assert abs(color.to_linear(color.to_srgb(values)) - values).max() < 1e-7  # where curves meet
     steps = np.arange(256) / 255
     assert (np.rint(255 * color.to_srgb(color.to_linear(steps))) == np.arange(256)).all()
+    rows = np.broadcast_to(steps[1:4], (5, 3))  # one row, many times
+    assert (color.linear(rows) == color.linear(rows.copy())).all()
     assert (np.diff(color.to_srgb(values)) > 0).all()
 
 

@@ -36,6 +36,8 @@ def linear(srgb: ArrayLike) -> NDArray[np.float32]:
         srgb: uint8, or floats from 0 to 1.
     """
     given = np.asarray(srgb)
+    if given.size and given.ndim and given.strides[0] == 0:  # one row, many times
+        return np.broadcast_to(linear(given[0]), given.shape).copy()
     if given.dtype == np.uint8:
         found: NDArray[np.float32] = linear(np.arange(256) / 255)[given]
         return found

@@ -18,12 +18,17 @@ from clrt.scene.spheres import Sphere, Spheres
 Array: TypeAlias = NDArray[Any]
 
 BLOCK = 1 << 14  # spheres that are looked at at a time: their arrays stay in the cache
-LOOKED_AT = 2000  # spheres, every nth of many, that stand for all
+LOOKED_AT = 2000  # things that stand for many
 
 
 def blocks(n: int) -> Iterator[slice]:
     """Slices of n things, BLOCK at a time."""
     return (slice(start, start + BLOCK) for start in range(0, n, BLOCK))
+
+
+def some(n: int) -> slice:
+    """Every kth of n things, LOOKED_AT at most."""
+    return slice(None, None, -(-n // LOOKED_AT) or 1)
 
 
 def is_long(camera: Camera) -> bool:
@@ -49,10 +54,10 @@ def middle_size(
 ) -> float:
     """How much of half a picture's width the radius of a sphere or a capsule takes: the median over
     those before the camera, of 16:9 if it is orthographic; infinity if there are none."""
-    every = -(-(len(spheres) + len(capsules)) // LOOKED_AT) or 1
-    some, others = Spheres.of(spheres[::every]), Capsules.of(capsules[::every])
-    center = np.concatenate([some.center, others.start / 2 + others.end / 2])
-    radius = np.concatenate([some.radius, others.radius])
+    every = some(len(spheres) + len(capsules))
+    balls, others = Spheres.of(spheres[every]), Capsules.of(capsules[every])
+    center = np.concatenate([balls.center, others.start / 2 + others.end / 2])
+    radius = np.concatenate([balls.radius, others.radius])
     right = half_screen(camera, 16, 9)[0].astype(np.float64)
     width = np.full(len(radius), right)
     if not camera.orthographic:
@@ -168,9 +173,9 @@ def _firsts(camera: Camera, spheres: Spheres, screen: Array, real: type[np.float
             away = -_along(apart, basis[2])
         else:
             away = np.sqrt(_along(apart, apart)) * real(1 - 1e-9)  # less than what find() rounds
-        some = np.flatnonzero(away - 1.001 * radius < firsts[0])
-        center = np.array([_along(apart[:, some], axis) for axis in basis])
-        firsts = np.minimum(firsts, find(center, radius[some], screen.astype(real)))
+        near = np.flatnonzero(away - 1.001 * radius < firsts[0])
+        center = np.array([_along(apart[:, near], axis) for axis in basis])
+        firsts = np.minimum(firsts, find(center, radius[near], screen.astype(real)))
     return firsts
 
 
@@ -207,7 +212,7 @@ def _first_beside(center: Array, radius: Array, screen: Array) -> Array:
     than the picture, and of all: (2,)."""
     met, entry = _entries(center, radius, screen)
     small = radius[met] <= 2 * np.hypot(*screen)
-    found: Array = np.array([some.min(initial=np.inf) for some in (entry[small], entry)])
+    found: Array = np.array([one.min(initial=np.inf) for one in (entry[small], entry)])
     return found
 
 

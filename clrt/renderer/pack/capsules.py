@@ -42,7 +42,7 @@ def tree_keys(capsules: Capsules) -> Array:
     middle = start / 2 + end / 2
     side = abs(end / 2 - start / 2).max(axis=1) + capsules.radius
     half = float(max(np.max(column) / 2 - np.min(column) / 2 for column in middle.T)) or 1.0
-    origin = np.median(middle[:: -(-len(middle) // lens.LOOKED_AT)], axis=0)
+    origin = np.median(middle[lens.some(len(middle))], axis=0)
     keys = np.empty((len(capsules), 4), np.float32)
     keys[:, :3] = (middle / 2 - origin / 2) / half
     keys[:, 3] = np.minimum(side / half, 1e30)

@@ -105,7 +105,7 @@ def tree_keys(spheres: Spheres) -> Array:
     the others their digits."""
     ends = [(side.min(), side.max()) for side in spheres.center.T]
     half = float(max(np.float64(high) / 2 - np.float64(low) / 2 for low, high in ends)) or 1.0
-    some = spheres.center[:: -(-len(spheres) // lens.LOOKED_AT)].astype(np.float64, copy=False)
+    some = spheres.center[lens.some(len(spheres))].astype(np.float64, copy=False)
     middle = np.sort(some, axis=0)[len(some) // 2]
     keys = np.empty((len(spheres), 4), np.float32)
     for block in lens.blocks(len(spheres)):
