@@ -86,9 +86,10 @@ class Flow:
             with self._opened() as reader:
                 first = self._drawn(self._particles(reader, 0), self._meaning)
         parts = self._every() if view_all else first.parts
-        some = look.select is not None or look.hide is not None
+        # Particles go about in their box. Those of one frame, or some of them, do not.
+        still = look.select is not None or look.hide is not None or len(self.frames) == 1
         with named(path):
-            box = first.cell if some else first.box
+            box = first.cell if still else first.box
             self._first = compose.scene_of(first, self.look, parts, box)
         self._seen = first, box
         # Each frame has its own.
