@@ -518,6 +518,9 @@ def test_sides_and_steps(show: Callable[..., Page], gas: Path) -> None:
     assert page.value("document.querySelector('.help').open")
     page.key("Escape")
     assert not page.value("document.querySelector('.help').open")
+    for there in ("true", "false"):
+        page.key("f")
+        page.wait(f"{there} === !!document.fullscreenElement?.querySelector('canvas')")
 
 
 @pytest.mark.slow
