@@ -14,14 +14,14 @@ FOUR = replace(clrt.load_scene("four-spheres"), shadow_bias=0.0)
 def test_less_noise() -> None:
     sky, key = clrt.AmbientLight(occlusion=True, distance=2.0), clrt.Light((1, 2, 3))
     scene = replace(FOUR, lights=(key, sky), samples=4)
-    moving = quick(scene, moves=True)
+    moving = quick(scene, sky=1.0)
     assert moving.lights == (key, replace(sky, occlusion="near"))
     assert moving.film.denoise
     assert not moving.is_random
-    assert quick(scene, moves=False) == replace(scene, film=replace(scene.film, denoise=True))
-    assert quick(replace(scene, samples=16), moves=False) == replace(scene, samples=16)
+    assert quick(scene) == replace(scene, film=replace(scene.film, denoise=True))
+    assert quick(replace(scene, samples=16)) == replace(scene, samples=16)
     rod = clrt.Capsule((0, 0, 0), (1, 0, 0), 0.1, next(iter(scene.materials)))
-    assert quick(replace(scene, capsules=(rod,)), moves=True).is_random
+    assert quick(replace(scene, capsules=(rod,)), sky=1.0).is_random
 
 
 @pytest.mark.parametrize(
@@ -48,6 +48,6 @@ def test_as_bright_while_it_moves(open_sky: float, expected: float) -> None:
 def test_a_sky_of_its_own() -> None:
     sky = clrt.AmbientLight((0.5, 0.4, 0.3), occlusion=True)
     scene = replace(FOUR, lights=(sky, clrt.AmbientLight()))
-    dimmed, other = quick(scene, moves=True, sky=0.5).lights
+    dimmed, other = quick(scene, sky=0.5).lights
     assert dimmed == clrt.AmbientLight((0.25, 0.2, 0.15), occlusion="near")
     assert other == clrt.AmbientLight()

@@ -92,7 +92,7 @@ class Painter:
         self._waits = True
         """Whether nothing was rendered yet."""
         self._previewed = -PREVIEWS  # when
-        self._sky = 1.0  # what sky_of() said
+        self._sky: float | None = None  # what sky_of() said
         self._sky_of: Scene | None = None  # of this one
         self._changed = threading.Condition()  # guards all but the queue
         self._changes = 0
@@ -182,7 +182,7 @@ class Painter:
             else:
                 header["render"] = time.perf_counter() - started
                 self._rendered.put(Picture(task, shot, film, depth, header))
-                if not task.moves:
+                if task.is_final:
                     self._fit_sky(shot)
             finally:
                 line.cancel()
@@ -212,7 +212,7 @@ class Painter:
         names = ("depth",) if needs_depth(scene.film) else ()
         with self._stage.at_once() if task.moves else nullcontext(self._stage.renderer) as renderer:
             film, passes = renderer.render(
-                quick(bare(scene), moves=task.moves, sky=self._sky),
+                quick(bare(scene), self._sky if task.moves else None),
                 width,
                 height,
                 dtype="uint8",
@@ -234,7 +234,8 @@ class Painter:
             self._stage.give_way()
 
     def _fit_sky(self, shot: Shot) -> None:
-        """Once for each scene that is at rest: so it is as bright when it moves on."""
+        """Once for each scene that is at rest: so it is as bright when it moves on. The program for
+        that is compiled behind the last picture."""
         if self._sky_of is shot.scene or not has_closed_form(shot.scene):
             return
         size = [max(round(side * SKY_SIZE / max(shot.size)), 1) for side in shot.size]

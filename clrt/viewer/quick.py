@@ -15,16 +15,16 @@ MOST_SKY = 2.0
 """What sky_of() says at most: where near spheres hide nearly all of a sky, nothing can be told."""
 
 
-def quick(scene: Scene, *, moves: bool, sky: float = 1.0) -> Scene:
+def quick(scene: Scene, sky: float | None = None) -> Scene:
     """A scene with less noise than its samples leave: filtered, and while it moves with the closed
     form of what near spheres hide, which has none.
 
-    sky: the closed form is multiplied by this, see sky_of().
+    sky: what the closed form is multiplied by, see sky_of(); None: at rest, or not known yet.
     """
-    film = replace(scene.film, denoise=scene.samples < ENOUGH)
-    if not moves or not has_closed_form(scene):
-        return replace(scene, film=film)
-    return replace(scene, film=film, lights=tuple(_near(light, sky) for light in scene.lights))
+    scene = replace(scene, film=replace(scene.film, denoise=scene.samples < ENOUGH))
+    if sky is None or not has_closed_form(scene):
+        return scene
+    return replace(scene, lights=tuple(_near(light, sky) for light in scene.lights))
 
 
 def has_closed_form(scene: Scene) -> bool:
@@ -43,12 +43,7 @@ def sky_of(scene: Scene, picture: Callable[[Scene], Array]) -> float:
     """
     scene = replace(scene, samples=1)
     rest, moving, dark = (
-        _brightness(picture(each), scene.film.transfer)
-        for each in (
-            quick(scene, moves=False),
-            quick(scene, moves=True),
-            quick(scene, moves=True, sky=0.0),
-        )
+        _brightness(picture(quick(scene, sky)), scene.film.transfer) for sky in (None, 1.0, 0.0)
     )
     if moving <= dark:
         return 1.0
