@@ -9,6 +9,18 @@ typedef struct {
     real width;   // how much of a square of side 1, one unit away, it fills
 } Beam;
 
+// Does one thing for each of those two axes, a[k], where k is a constant: a loop would choose a beam's numbers
+// anew at each box.
+#define FOR_BOTH_AXES(thing) \
+    {                        \
+        enum { k = 0 };      \
+        thing;               \
+    }                        \
+    {                        \
+        enum { k = 1 };      \
+        thing;               \
+    }
+
 // TREE: coordinate m of a vector.
 static reals axis_of(Vector v, int m) { return m == 0 ? v.x : m == 1 ? v.y : v.z; }
 
@@ -82,12 +94,9 @@ static uint boxes_in_beam(const Beam *beam, __global const Node *node, real end,
     __global const wides *lo = (__global const wides *)node->lo;
     __global const wides *hi = (__global const wides *)node->hi;
     wide_ints in = -1;
-    for (int k = 0; k < 2; k++) {
-        int a = beam->a[k];
-        real lq = beam->low_q[k], hq = beam->high_q[k];
-        in &= hi[a] - lq * (lq > 0 ? lo : hi)[beam->m] >= beam->low_c[k];
-        in &= lo[a] - hq * (hq > 0 ? hi : lo)[beam->m] <= beam->high_c[k];
-    }
+    FOR_BOTH_AXES(int across = beam->a[k]; real lq = beam->low_q[k]; real hq = beam->high_q[k];
+                  in &= hi[across] - lq * (lq > 0 ? lo : hi)[beam->m] >= beam->low_c[k];
+                  in &= lo[across] - hq * (hq > 0 ? hi : lo)[beam->m] <= beam->high_c[k])
     wides from = (beam->sign > 0 ? lo : hi)[beam->m] * beam->sign;
     wides to = (beam->sign > 0 ? hi : lo)[beam->m] * beam->sign;
     *begins = from;
@@ -99,12 +108,10 @@ static uint spheres_in_beam(const Beam *beam, __global const Leaf *leaf, real en
     __global const wides *center = (__global const wides *)leaf->center;
     wides radius = *(__global const wides *)leaf->radius, along_m = center[beam->m];
     wide_ints in = -1;
-    for (int k = 0; k < 2; k++) {
-        wides across = center[beam->a[k]];
-        real lq = beam->low_q[k], hq = beam->high_q[k];
-        in &= across - lq * along_m + radius * sqrt(1 + lq * lq) >= beam->low_c[k];
-        in &= across - hq * along_m - radius * sqrt(1 + hq * hq) <= beam->high_c[k];
-    }
+    FOR_BOTH_AXES(wides across = center[beam->a[k]]; real lq = beam->low_q[k];
+                  real hq = beam->high_q[k];
+                  in &= across - lq * along_m + radius * sqrt(1 + lq * lq) >= beam->low_c[k];
+                  in &= across - hq * along_m - radius * sqrt(1 + hq * hq) <= beam->high_c[k])
     along_m *= beam->sign;
     return wide_bits(in & (along_m + radius >= beam->behind) & (along_m - radius <= end));
 }
@@ -159,8 +166,9 @@ static Left left_by_spheres(const Tree *tree, __global const Leaf *leaf, uint bi
     for (; bits; bits &= bits - 1) {
         int k = LOWEST_BIT(bits);
         PACKET_QUADRATIC(ray, leaf, k)
-        ints met = (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]) &
-                   ((near ? FIRST_ROOT : -b) < distance);
+        ints met = (delta > 0) & (b < 0) & (c > 0) & near_side(ray, leaf->id[k]);
+        if (near && !ANY(met)) continue;  // a root costs as much as all before
+        met &= (near ? FIRST_ROOT : -b) < distance;
         if (VEILED) {
             met &= on;
             if (!ANY(met)) continue;

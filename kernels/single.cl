@@ -182,6 +182,7 @@ static INTEGER taken_by_some(const Tree *tree, __global const int *ids, uint bit
 static INTEGER taken_by_spheres(const Tree *tree, __global const Leaf *leaf, const Single *ray,
                                 real limit, bool near, INTEGER taken) {
     LEAF_QUADRATIC(ray, leaf)
+    if (near && !wide_bits(met)) return taken;  // a root costs as much as all before
     uint bits = wide_bits(met & ((near ? FIRST_ROOT : -b) < limit));
     return taken_by_some(tree, leaf->id, bits, near, taken);
 }
