@@ -260,33 +260,34 @@ LEAST = np.float32(2.0**-13)
 """Less than this is byte 0 on the curve of sRGB."""
 SHIFT = 12
 """Bits of a float32 that a step of the table has not: it has 2048 steps from x to 2 x."""
-FIRST = int(LEAST.view(np.uint32)) >> SHIFT
+FIRST, ONE, INFINITE = (int(np.float32(x).view(np.uint32)) >> SHIFT for x in (LEAST, 1, np.inf))
 
 
 def _srgb_bytes(picture: Array) -> Array:
     """What integers() finds without this, sooner: by a table, and where a step of it has two bytes
     by the curve itself."""
-    clipped = np.fmin(np.fmax(picture.reshape(-1), LEAST), np.float32(1))  # NaN is the least
-    # As indices that NumPy need neither convert nor check: half the time.
-    step = (clipped.view(np.int32) >> SHIFT).astype(np.intp) - FIRST
+    linear = picture.reshape(-1)
+    # As indices that NumPy need neither convert nor check: half the time. A float below 0 is a
+    # number below 0, hence the first step; the last is that of NaN.
+    step = (linear.view(np.int32) >> SHIFT).astype(np.intp) - FIRST
     found: Array = _srgb_table().take(step, mode="clip")
     doubtful = np.flatnonzero(found < 0)
-    found[doubtful] = _on_curve(clipped[doubtful])
+    found[doubtful] = _on_curve(linear[doubtful])
     return found.astype(np.uint8).reshape(picture.shape)
 
 
 def _on_curve(linear: Array) -> Array:
-    found: Array = np.rint(255 * color.to_srgb(linear.astype(np.float64))).astype(np.int16)
+    exact = np.fmin(np.fmax(linear.astype(np.float64), 0), 1)  # NaN is 0
+    found: Array = np.rint(255 * color.to_srgb(exact)).astype(np.int16)
     return found
 
 
 @functools.cache
 def _srgb_table() -> Array:
-    """int16, the byte of every step from LEAST to 1; -1 where it has two."""
-    last = int(np.float32(1).view(np.uint32)) >> SHIFT
-    begin = np.arange(FIRST, last + 1, dtype=np.uint32) << SHIFT
+    """int16, the byte of every step from LEAST to infinity; -1 where it has two."""
+    begin = np.arange(FIRST, ONE, dtype=np.uint32) << SHIFT
     end = begin + ((1 << SHIFT) - 1)
     low, high = (_on_curve(bits.view(np.float32)) for bits in (begin, end))
-    high[-1] = low[-1]  # of which only 1 itself is there
-    table: Array = np.where(low == high, low, -1).astype(np.int16)
-    return table
+    below = np.where(low == high, low, -1).astype(np.int16)
+    # The last step, to which NaN is clipped, has both.
+    return np.concatenate([below, np.full(INFINITE - ONE, 255, np.int16), np.int16([-1])])
