@@ -290,4 +290,4 @@ def _srgb_table() -> Array:
     low, high = (_on_curve(bits.view(np.float32)) for bits in (begin, end))
     below = np.where(low == high, low, -1).astype(np.int16)
     # The last step, to which NaN is clipped, has both.
-    return np.concatenate([below, np.full(INFINITE - ONE, 255, np.int16), np.int16([-1])])
+    return np.concatenate([below, np.full(INFINITE - ONE, 255, np.int16), [np.int16(-1)]])
