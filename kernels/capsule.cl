@@ -13,7 +13,7 @@
 //   beyond. The ball is a sphere by the same formula, so a capsule of no length (u = 0) is one to the
 //   last bit.
 // - Where |m| is so small that a ray stays as far from the axis as it is, it enters by the end that it
-//   comes from. Of such m the square loses digits below the least number that there is.
+//   comes from. The square of such an m would lose digits by underflow.
 
 // What the scene's list says of a capsule. 32 bytes as float32, 64 as float64.
 typedef struct {
@@ -124,8 +124,9 @@ static INTEGER taken_by_capsules(const Tree *tree, __global const CapsuleLeaf *l
     return taken_by_some(tree, leaf->id, bits, near, taken);
 }
 
-// CAPSULES: the capsules of a leaf that the beam meets before `end`, as bits: an end does, on the inner
-// side of each plane, as a line between them is inside where both are.
+// CAPSULES: the capsules of a leaf that the beam meets before `end`, as bits: those that have a part on the
+// inner side of each of its planes. Along a capsule the distance to a plane is linear, so one of its ends
+// has the part that is farthest inside.
 static uint capsules_in_beam(const Beam *beam, __global const CapsuleLeaf *leaf, real end) {
     __global const wides *of = (__global const wides *)leaf->start;
     wides length = of[6], radius = of[7];

@@ -21,7 +21,7 @@ typedef struct {
     ints token;     // PATHS
 } Facing;
 
-// FACES: of those things.
+// FACES: how the faces with these ids stand to the rays that have met them.
 static Facing facing_of(const Scene *scene, Ray ray, ints ids) {
     __private reals normals[3] = {0, 0, 0}, reaches[1] = {0};
     __private ints shadings[1] = {AS_IT_IS}, tokens[1] = {0};
@@ -66,14 +66,16 @@ static void put_corner(const Scene *scene, int face, int c, int lane, __private 
     }
 }
 
-// SMOOTH or GOURAUD or CORNER_COLORS: the triangle of two corners and a point, twice its area, as seen along a normal.
+// SMOOTH or GOURAUD or CORNER_COLORS: twice the area, as seen along a normal, of the triangle of a point and two corners,
+// which are given from it.
 static reals area_of(Vector b, Vector c, Vector n) {
     return n.x * (b.y * c.z - b.z * c.y) +
            (n.y * (b.z * c.x - b.x * c.z) + n.z * (b.x * c.y - b.y * c.x));
 }
 
-// SMOOTH or GOURAUD or CORNER_COLORS: the corners of faces around points; `a` counts corners here. Weights are areas of corners from the point, which
-// are off by u |point| / (the face's size): as the point itself is.
+// SMOOTH or GOURAUD or CORNER_COLORS: the corners of faces around points; `a` counts corners here. Weights are
+// barycentric, by the areas of the triangles that the point makes with two corners. They are off by u |point| /
+// (the face's size): as the point itself is.
 static FaceCorners face_corners(const Scene *scene, const Facing *facing, Vector point, ints ids) {
     __private reals points[9] = {0}, normals[9] = {0}, colors[9] = {0};
     for (int i = 0; i < LANES; i++) {

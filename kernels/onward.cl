@@ -1,7 +1,8 @@
 // Onward: where a packet's paths go on, and the rays that are put aside until then.
 
 // SPLIT: where a surface mirrors and transmits the mirrored rays of a packet are put aside, and traced
-// when the others have ended. So no more are aside than max_depth - 1.
+// when the others have ended. So no more are aside than max_depth - 1. Those for which there is no room
+// are lost, and counted.
 #define MAX_ASIDE (SPLIT ? 32 : 1)
 
 // SPLIT: rays that were put aside, as in Path.
@@ -34,8 +35,8 @@ static Vector albedo_of(const Scene *scene, const Path *path, const Place *place
     return times(albedo, own);
 }
 
-// INDIRECT: the direction of rays that are mirrored or scattered, either as often as it is strong: so
-// they weigh the more. pair: for the scattered ones.
+// INDIRECT: the direction of rays that are mirrored or scattered. Each is chosen with a probability in
+// proportion to what it sends on, so that either weighs as much as both. pair: for the scattered ones.
 static Vector bounced(const Scene *scene, Path *path, Place *place, Vector mirrored, ints shown,
                       Pair pair) {
     Vector albedo = albedo_of(scene, path, place);

@@ -34,9 +34,8 @@ typedef struct {
     Vector mirrored;      // PHONG: light from there would be mirrored to the camera
     Facing facing;        // FACES
     FaceCorners corners;  // GOURAUD or CORNER_COLORS
-    Vector
-        tint;  // GOURAUD and CORNER_COLORS: of diffuse light, if its is another than of all light
-    Vector normal;  // SMOOTH: that is shaded with
+    Vector tint;          // GOURAUD and CORNER_COLORS: is added to diffuse light's own colour
+    Vector normal;        // SMOOTH: that is shaded with
 } Place;
 
 // LENS: a point of the lens in camera space, and where the ray from there goes through the screen so that it meets the
@@ -93,8 +92,7 @@ static Vector look(const Scene *scene, Path *path, Pixels at, Draw draw) {
     return vector(at.x, at.y, 0);
 }
 
-// Finds what camera rays meet, and where. known: TILES: which spheres and faces
-// those are.
+// Finds what camera rays meet, and where. known: TILES: which spheres and faces those are.
 static void meet_first(const Scene *scene, Path *path, Pixels at, Vector through,
                        const Hit *known) {
     bool common = !ORTHOGRAPHIC && !LONG_LENS && !LENS;
@@ -180,7 +178,8 @@ static reals arrive_at_faces(const Scene *scene, const Path *path, Place *place)
     return facing.lift;
 }
 
-// The place where paths are; their rays' origin is moved there.
+// The place where paths are: its surfaces, and which lanes are shaded. Their rays' origin is moved there,
+// and PATHS: their hashes have it.
 static Place arrive(const Scene *scene, Path *path) {
     Place place = {{{0}}};
     path->ray.leaves = path->hit.id;

@@ -12,7 +12,7 @@
 typedef struct {
     ints goes;   // the lanes that have met it
     ints waits;  // those at opaque surfaces, while others go on
-    reals part;  // of its light that a surface gives
+    reals part;  // of its light that a surface gives: its opacity
     Ray ray;     // as it came there
     Hit hit;
     reals weight;

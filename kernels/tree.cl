@@ -1,4 +1,5 @@
-// Tree: many spheres, in boxes of boxes: how it is laid out, and how one goes down it.
+// Tree: many spheres, in boxes of boxes (a bounding volume hierarchy): how it is laid out, and how one
+// goes down it. Capsules and faces have trees of their own of the same shape.
 //
 // A tree over the list of all spheres, 16 children a node, 16 spheres a leaf. It is complete, so
 // that no pointer is stored: nodes are numbered level by level from the root, then leaves. It is
@@ -60,7 +61,7 @@ typedef struct {
     __global const Node *nodes;
     __global const void *leaves;  // of its kind
     Shape shape;
-    __global const Glass *glass;  // VEILED: of each sphere
+    __global const Glass *glass;  // VEILED: of each thing of the scene
 } Tree;
 
 #if DOUBLE
@@ -184,8 +185,8 @@ static uint lane_bits(ints mask) {
 #define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits) - 1)))
 #endif
 
-// TREE: sphere `id` of the scene's list where it is met nearer than what was hit before. Of equal
-// distances the first sphere of the list counts.
+// TREE: thing `id` of the scene where it is met nearer than what was hit before. Of equal distances
+// the smaller id counts: spheres are before capsules, these before faces.
 static Hit closer_of(Hit hit, ints met, reals distance, ints id) {
     ints mask = met & ((distance < hit.distance) | ((distance == hit.distance) & (id < hit.id)));
     hit.distance = PICK(mask, distance, hit.distance);

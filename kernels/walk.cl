@@ -40,7 +40,7 @@ static uint leaf_in_beam(const Tree *tree, int kind, __global const void *leaf, 
     return spheres_in_beam(beam, leaf, end);
 }
 
-// TREE: tests those of a leaf. Returns whether one is nearer than what was hit before.
+// TREE: tests those things of a leaf that `bits` has. Returns whether one is nearer than what was hit before.
 static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
                            const Beam *beam, Hit *hit, Ray ray, ints on) {
     if (FACES && kind == OF_FACES) return nearer_faces(tree, leaf, bits, beam, hit, ray, on);
@@ -48,7 +48,7 @@ static bool nearer_in_leaf(const Tree *tree, int kind, __global const void *leaf
     return nearer_spheres(tree, leaf, bits, hit, ray, on);
 }
 
-// TREE: tests those of a leaf against shadow rays, see left_by_spheres().
+// TREE: tests those things of a leaf that `bits` has against shadow rays, see left_by_spheres().
 static Left left_by_leaf(const Tree *tree, int kind, __global const void *leaf, uint bits,
                          const Beam *beam, Left left, Ray ray, reals distance, ints on, bool near) {
     if (FACES && kind == OF_FACES)
@@ -120,13 +120,13 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
     if (FACES && kind == OF_FACES && !has_one_shear(&beam, ray.direction, on)) return false;
     if (OPACITY) beam.behind = beam_begin(&beam, ray, on, slack);
     Hit hit = *found;
-    int stack[STACK], top = 0, left = tree->shape.budget * HITS, e = 0;
+    int stack[STACK], top = 0, budget = tree->shape.budget * HITS, e = 0;
     real starts[STACK];
     real end = beam_end(&beam, ray.origin, ray.direction, END_OF(hit), on, slack);
-    while (e >= 0 && left > 0) {
+    while (e >= 0 && budget > 0) {
         if (e < tree->shape.node_count) {
             wides begins;
-            left--;
+            budget--;
             uint bits = boxes_in_beam(&beam, tree->nodes + e, end, &begins);
             if (bits) {
                 e = descend(&tree->shape, e, bits, begins, stack, starts, &top);
@@ -135,7 +135,7 @@ static bool nearest_in_beam(const Tree *tree, int kind, Hit *found, Ray ray, int
         } else {
             __global const void *leaf = leaf_of(tree, kind, e);
             uint bits = leaf_in_beam(tree, kind, leaf, &beam, end);
-            left -= popcount(bits);
+            budget -= popcount(bits);
             if (nearer_in_leaf(tree, kind, leaf, bits, &beam, &hit, ray, on))
                 end = beam_end(&beam, ray.origin, ray.direction, END_OF(hit), on, slack);
         }
@@ -208,8 +208,8 @@ static Left left_by_beam(const Tree *tree, int kind, const Beam *beam, real end,
 }
 
 // TREE: what is in the tree takes of the light of rays that are on, see taken_with(); it comes from
-// `light`, which is outside of all of them and at the end of the rays. near: instead all of those that
-// meet something before that distance, glass as well; OPACITY: their part.
+// `light`, which is outside of all of them and at the end of the rays. near: they are rays of occlusion:
+// instead all of those that meet something before that distance, glass as well; OPACITY: their part.
 static ints taken_in_tree(const Tree *tree, int kind, Ray ray, reals distance, Vector light,
                           ints on, bool near) {
     Left left = {on, 0};
