@@ -36,6 +36,8 @@ COMPILES = 1.0
 """Seconds after which the first picture is late since its program is compiled."""
 SKY_SIZE = 96
 """Pixels of the longer side of the pictures that sky_of() compares."""
+CACHED = 0.3
+"""Seconds in which a program is found that was compiled before."""
 COMPILING = "compiling for this kind of scene, once: till then a preview"
 
 
@@ -46,6 +48,7 @@ class Stage:
         self.renderer = renderer
         self._moving = 0
         self._lock = threading.Lock()
+        self._compiler: threading.Thread | None = None
 
     @contextmanager
     def at_once(self) -> Iterator[Renderer]:
@@ -57,6 +60,24 @@ class Stage:
         finally:
             with self._lock:
                 self._moving -= 1
+
+    def has_compiled(self, scene: Scene) -> bool:
+        """Whether the programs are there of the first scene that this was asked for. They are
+        compiled beside the pictures, so that none of these waits."""
+        with self._lock:
+            if self._compiler is None:
+                self._compiler = threading.Thread(target=self._compile, args=(scene,), daemon=True)
+                self._compiler.start()
+        self._compiler.join(CACHED)
+        return not self._compiler.is_alive()
+
+    def _compile(self, scene: Scene) -> None:
+        """Into the cache, by a renderer of its own: one that compiles makes no pictures."""
+        mine = self.renderer
+        options: dict[str, Any] = {"precision": mine.precision, "lanes": mine.lanes}
+        with suppress(ClrtError), Renderer(device=mine.device, **options) as other:
+            other.quiet = True
+            other.prepare(scene, "uint8", alpha=False)
 
     def give_way(self) -> None:
         """Asked now and then by who is at rest.
@@ -234,9 +255,11 @@ class Painter:
             self._stage.give_way()
 
     def _fit_sky(self, shot: Shot) -> None:
-        """Once for each scene that is at rest: so it is as bright when it moves on. The program for
-        that is compiled behind the last picture."""
+        """Once for each scene that is at rest: so it is as bright when it moves on."""
         if self._sky_of is shot.scene or not has_closed_form(shot.scene):
+            return
+        scene = bare(shot.scene)
+        if not self._stage.has_compiled(quick(replace(scene, samples=1), sky=1.0)):
             return
         size = [max(round(side * SKY_SIZE / max(shot.size)), 1) for side in shot.size]
 
@@ -246,7 +269,7 @@ class Painter:
             )
 
         with suppress(CancelledError, ClrtError):  # who moves is told what is wrong
-            self._sky, self._sky_of = sky_of(bare(shot.scene), picture), shot.scene
+            self._sky, self._sky_of = sky_of(scene, picture), shot.scene
 
     def _encode(self) -> None:
         while (picture := self._rendered.get()) is not None:
