@@ -15,7 +15,7 @@ from clrt.film import metrics
 from clrt.opencl import bands, edges, pocl, program
 from clrt.renderer import samples
 from clrt.renderer.dispatch import Dispatcher
-from clrt.renderer.pack.arguments import sampling
+from clrt.renderer.pack.arguments import BATCH, sampling
 from clrt.renderer.pack.features import TREE_FROM, Features
 from clrt.renderer.pack.structs import FILMS, PRECISIONS, Array
 from clrt.scene.camera import Camera
@@ -227,15 +227,16 @@ def wrong_pixels(film: Array, scene: Scene, features: Features) -> int:
             film = film[..., 0]["color"]
         step = 1 / 255 if features.film == "bytes" else 0
         shown = film / np.float64(255) if features.film == "bytes" else film
-        true = np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)
+        trues = [np.concatenate([trace.image, trace.alpha[..., np.newaxis]], axis=2)]
         if features.refine or features.gather:
-            count = int(sampling(features, scene)["samples"])
-            true = tracer.mean(scene, *size, samples.offsets(count))
+            points = samples.offsets(int(sampling(features, scene)["samples"]))
+            # Of a pixel whose first samples are enough the mean is theirs.
+            ends = (BATCH, len(points)) if features.refine else (len(points),)
+            trues = [tracer.mean(scene, *size, points[:end]) for end in ends]
         if features.film not in ("alpha", "guides"):
-            true = true[..., :3]
-        # A pixel gets no more samples once its mean is known to half of 1/255.
-        early = 1 / 510 if features.refine else 0
-        off = metrics.pixel_error(shown, true) > step / 2 + metrics.QUARTER_STEP + early
+            trues = [true[..., :3] for true in trues]
+        error = np.min([metrics.pixel_error(shown, true) for true in trues], axis=0)
+        off = error > step / 2 + metrics.QUARTER_STEP
     return int((off & ~metrics.edges(trace.paths)).sum())
 
 
