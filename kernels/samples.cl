@@ -32,20 +32,17 @@ static uint edges_of(__global const uint *middle, int width) {
 }
 
 // Marks of 16 pixels of a row, from `left` on: the lower half of a word says in which of them a ball may
-// show that no neighbour's sample has met, the upper half in which of them one of less than four pixels.
+// show that no neighbour's sample has met, the upper half in which of them a small one may.
 typedef struct {
     __global uint *words;
     int left, top, right, bottom;  // of what is marked: columns and rows of the picture
     int per_row;                   // words
-    real missed, small;            // balls whose radius is less than that, in pixels
 } Marks;
 
-// REFINE: marks the pixels that a rectangle of the screen reaches into, if it is that of a small ball.
+// REFINE: marks the pixels that the rectangle of a small ball reaches into.
 static void mark(const Marks *to, __global const Camera *camera, real left, real right, real bottom,
-                 real top) {
+                 real top, bool missed) {
     real columns = REAL(0.5) / camera->step[0], rows = REAL(0.5) / camera->step[1];
-    real radius = REAL(0.5) * fmin((right - left) * columns, (top - bottom) * rows);
-    if (!(radius < to->small)) return;
     // A pixel reaches half of one to each side of its middle.
     real x0 = REAL(0.5) * camera->last[0] + REAL(0.5) - to->left;
     real y0 = REAL(0.5) * camera->last[1] + REAL(0.5) - to->top;
@@ -59,7 +56,7 @@ static void mark(const Marks *to, __global const Camera *camera, real left, real
         for (int word = first / 16; word <= last / 16; word++) {
             int low = max(first - 16 * word, 0), high = min(last - 16 * word, 15);
             uint bits = (2u << high) - (1u << low);
-            uint all = bits << 16 | (radius < to->missed ? bits : 0);
+            uint all = bits << 16 | (missed ? bits : 0);
             atomic_or(to->words + (size_t)row * to->per_row + word, all);
         }
 }
@@ -83,12 +80,15 @@ static Silhouettes silhouettes_of_list(__global const Camera *camera,
     return silhouettes_of(camera, place[0], place[1], place[2], place[3], place[4]);
 }
 
-// REFINE: marks the pixels in which small spheres can show, see Marks; the words are 0 before. Global size: any.
+// REFINE: marks the pixels in which spheres can show whose radius is less than `small`, or `missed`, in
+// pixels: see Marks. The words are 0 before. Global size: any.
 __kernel void mark_balls(__global uint *words, int left, int top, int right, int bottom,
                          int per_row, real missed, real small, __global const Camera *camera,
                          int sphere_count, __global const Sphere *spheres,
                          __global const Leaf *leaves, __global const Shape *shape) {
-    Marks marks = {words, left, top, right, bottom, per_row, missed, small};
+    Marks marks = {words, left, top, right, bottom, per_row};
+    // Halves of rectangles, in pixels.
+    real columns = REAL(0.25) / camera->step[0], rows = REAL(0.25) / camera->step[1];
     int listed = (sphere_count + WIDE - 1) / WIDE, all = listed;
     if (TREE) all += (shape->node_count - shape->lowest) * shape->per_node;
     for (int i = get_global_id(0); i < all; i += get_global_size(0)) {
@@ -98,11 +98,15 @@ __kernel void mark_balls(__global uint *words, int left, int top, int right, int
         } else {
             of[0] = silhouettes_of_leaf(camera, leaves + (i - listed));
         }
+        // Of these few are small: 16 at a time they cost what one does.
+        wides wide = (of[0].right - of[0].left) * columns, high = (of[0].top - of[0].bottom) * rows;
+        wides radius = wide < high ? wide : high;
+        uint missed_bits = wide_bits(radius < missed);
         const real *each = (const real *)of;
-        uint bits = wide_bits(of[0].known & (of[0].right > of[0].left));
-        for (; bits; bits &= bits - 1) {
+        for (uint bits = wide_bits(of[0].known & (radius < small)); bits; bits &= bits - 1) {
             int k = LOWEST_BIT(bits);
-            mark(&marks, camera, each[k], each[WIDE + k], each[2 * WIDE + k], each[3 * WIDE + k]);
+            mark(&marks, camera, each[k], each[WIDE + k], each[2 * WIDE + k], each[3 * WIDE + k],
+                 missed_bits >> k & 1);
         }
     }
 }
