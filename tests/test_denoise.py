@@ -1,5 +1,6 @@
 """The filter of noise: it keeps what is no noise, and is what clrt.truth.denoise writes out."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 import clrt
+from clrt.opencl import program
+from clrt.opencl.denoise import FAR, STRIP
 from clrt.renderer.pack.structs import GUIDES
 from clrt.truth.denoise import denoised
 
@@ -77,3 +80,8 @@ def test_nothing_comes_over_an_edge(device: cl.Device) -> None:
         before = clear(device, guides)[:, :20]
         guides["color"][:, 20:, :3] *= 7
         assert abs(clear(device, guides)[:, :20] - before).max() < 2.0**-22
+
+
+def test_the_kernel_and_the_host_have_the_same_numbers() -> None:
+    found = dict(re.findall(r"#define (FAR|STRIP) +(\d+)", program.kernel_source()))
+    assert found == {"FAR": str(FAR), "STRIP": str(STRIP)}
