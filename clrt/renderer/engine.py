@@ -96,12 +96,24 @@ class Engine:
         except cl.Error as error:
             raise DeviceError(f"{label(self.device)} cannot do this: {error}") from None
 
+    @contextmanager
+    def _working(self, scene: Scene) -> Iterator[None]:
+        """While the device works for one caller, and OpenCL's errors are clrt's.
+
+        Raises:
+            RequestError: the scene's particles are still in their files.
+        """
+        check_process()  # before the lock, which a fork may have for ever
+        if scene.particles:
+            said = "expected none that are in files: clrt.Renderer reads them"
+            raise RequestError(f"particles: {said}")
+        with self._lock, self._errors():
+            yield
+
     def paths(self, scene: Scene, width: int, height: int) -> NDArray[np.uint32]:
         """A hash of each pixel's path, (height, width), to compare with reference.trace()'s."""
-        check_process()
-        with self._lock, self._errors():
+        with self._working(scene):
             box = 0, 0, *check_size(width, height)
-            _check_read(scene)
             used = self._programs_of(scene, ["paths"])["paths"]
             arguments = self._dispatcher.arguments(
                 scene, width, height, used[0], self.kernel_seconds
@@ -123,70 +135,59 @@ class Engine:
         progress: Callable[[int], object] | None,
     ) -> tuple[Array, Passes]:
         """A picture and its passes: see Renderer.render()."""
-        check_process()
-        _check_read(scene)
-        with self._lock, self._errors():
-            return self._picture(scene, size, dtype, alpha, names, region, out, progress)
-
-    def _picture(
-        self,
-        scene: Scene,
-        size: tuple[int, int],
-        dtype: np.dtype[Any],
-        alpha: bool,
-        names: Sequence[str] | None,
-        region: Region | None,
-        out: Array | None,
-        progress: Callable[[int], object] | None,
-    ) -> tuple[Array, Passes]:
-        width, height = check_size(*size)
-        box = left, top, right, bottom = check_region(region, width, height)
-        shape = bottom - top, right - left, 3 + alpha
-        if out is not None and (out.shape != shape or not out.flags.writeable):
-            raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
-        kinds = exposures(scene, dtype, alpha, names)
-        programs = self._programs_of(scene, kinds)
-        own = programs[kinds[0]]
-        if kinds[0] in ("alpha", "guides"):
-            decorations.drawings(scene, size, None)  # what is wrong there is said before the work
-        arguments = self._dispatcher.arguments(scene, width, height, own[0], self.kernel_seconds)
-        seconds, found, seen = 0.0, {}, None
-
-        def expose(used: Sequence[Program], box: Region, **options: Any) -> tuple[Array, float]:
-            return self._dispatcher.exposed(used, scene, arguments, size, box, **options)
-
-        def grown(pixels: int) -> tuple[Region, tuple[slice, slice]]:
-            """The box with so many more around it, and where in that it lies."""
-            x0, y0 = max(left - pixels, 0), max(top - pixels, 0)
-            inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
-            return (x0, y0, min(right + pixels, width), min(bottom + pixels, height)), inside
-
-        if "passes" in programs:
-            around, inside = grown(develop.halo(scene.film, scene.samples))
-            looks, seconds = expose(
-                programs["passes"], around, use="passes", progress=quiet(progress)
+        with self._working(scene):
+            width, height = check_size(*size)
+            box = left, top, right, bottom = check_region(region, width, height)
+            shape = bottom - top, right - left, 3 + alpha
+            if out is not None and (out.shape != shape or not out.flags.writeable):
+                raise RequestError(f"out: expected a writeable array of {shape}, got {out.shape}")
+            kinds = exposures(scene, dtype, alpha, names)
+            programs = self._programs_of(scene, kinds)
+            own = programs[kinds[0]]
+            if kinds[0] in ("alpha", "guides"):
+                decorations.drawings(
+                    scene, size, None
+                )  # what is wrong there is said before the work
+            arguments = self._dispatcher.arguments(
+                scene, width, height, own[0], self.kernel_seconds
             )
-            looks = looks[..., 0]
-            found = {name: looks[inside][name].copy() for name in names or ()}
-            radius = self._dispatcher.world(scene).radii
-            seen = develop.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
-        if "guides" in programs or (
-            "alpha" in programs and develop.has_steps(scene.film, dtype, alpha)
-        ):
-            around, inside = grown(FAR if "guides" in programs else 0)
-            exposed, more = expose(own, around, use="exposed", progress=progress)
-            if "guides" in programs:
-                exposed, filtering = self._dispatcher.denoised(
-                    own[0], scene, arguments, exposed[..., 0], quiet(progress)
+            seconds, found, seen = 0.0, {}, None
+
+            def expose(used: Sequence[Program], box: Region, **options: Any) -> tuple[Array, float]:
+                return self._dispatcher.exposed(used, scene, arguments, size, box, **options)
+
+            def grown(pixels: int) -> tuple[Region, tuple[slice, slice]]:
+                """The box with so many more around it, and where in that it lies."""
+                x0, y0 = max(left - pixels, 0), max(top - pixels, 0)
+                inside = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
+                return (x0, y0, min(right + pixels, width), min(bottom + pixels, height)), inside
+
+            if "passes" in programs:
+                around, inside = grown(develop.halo(scene.film, scene.samples))
+                looks, seconds = expose(
+                    programs["passes"], around, use="passes", progress=quiet(progress)
                 )
-                exposed, more = exposed[inside], more + filtering
-            image = self._dispatcher.blank(shape, dtype) if out is None else out
-            marks = decorations.marks(scene, size, box, alpha, seen)
-            develop.develop(exposed, scene.film, image, seen, marks)
-        else:
-            image, more = expose(own, box, out=out, progress=progress)
-        self.kernel_seconds = seconds + more
-        return image, found
+                looks = looks[..., 0]
+                found = {name: looks[inside][name].copy() for name in names or ()}
+                radius = self._dispatcher.world(scene).radii
+                seen = develop.Seen(looks["id"], looks["depth"], radius, inside, scene.samples)
+            if "guides" in programs or (
+                "alpha" in programs and develop.has_steps(scene.film, dtype, alpha)
+            ):
+                around, inside = grown(FAR if "guides" in programs else 0)
+                exposed, more = expose(own, around, use="exposed", progress=progress)
+                if "guides" in programs:
+                    exposed, filtering = self._dispatcher.denoised(
+                        own[0], scene, arguments, exposed[..., 0], quiet(progress)
+                    )
+                    exposed, more = exposed[inside], more + filtering
+                image = self._dispatcher.blank(shape, dtype) if out is None else out
+                marks = decorations.marks(scene, size, box, alpha, seen)
+                develop.develop(exposed, scene.film, image, seen, marks)
+            else:
+                image, more = expose(own, box, out=out, progress=progress)
+            self.kernel_seconds = seconds + more
+            return image, found
 
     def prepare(
         self,
@@ -197,10 +198,8 @@ class Engine:
         passes: Sequence[str] | None = None,
     ) -> None:
         """Compiles the programs that a picture of such a scene needs."""
-        check_process()
         alpha = scene.film.transparent if alpha is None else alpha
-        with self._lock, self._errors():
-            _check_read(scene)
+        with self._working(scene):
             self._programs_of(
                 scene, exposures(scene, film_dtype(dtype), alpha, check_passes(passes))
             )
@@ -273,16 +272,6 @@ class Engine:
         self.lanes, before = lanes, self.lanes
         message = f"{label(self.device)}: {before} lanes cannot be used, {lanes} are: {why}"
         warnings.warn(message, DeviceWarning, stacklevel=2)
-
-
-def _check_read(scene: Scene) -> None:
-    """Finds out whether all that a scene shows is in it.
-
-    Raises:
-        RequestError: its particles are still in their files.
-    """
-    if scene.particles:
-        raise RequestError("particles: expected none that are in files: clrt.Renderer reads them")
 
 
 def default_lanes(device: "cl.Device") -> int:
