@@ -82,7 +82,7 @@ class Rows(Sequence[T]):
     @property
     def used(self) -> list[str]:
         """The names of their materials, if these have names."""
-        there = np.flatnonzero(np.bincount(self.material_index))  # np.unique() imports much more
+        there = np.flatnonzero(np.bincount(self.material_index))
         return [(self.names or ())[i] for i in there]
 
     def with_names(self, names: tuple[str, ...]) -> Self:
