@@ -210,10 +210,12 @@ def _space(world: World, scene: Scene, screen: Array) -> tuple[Space, Listed]:
         reach, giants = spheres.reach(world.spheres, here)
         reach = max(reach, capsules.reach(world.capsules, here))
         reach = max(reach, meshes.reach(world.meshes, here))
-        ids = np.union1d(giants, world.light_inside)
+        listed = np.zeros(len(world.spheres), np.bool_)
+        listed[giants] = listed[world.light_inside] = True
         if scene.camera.orthographic:
             # The tree's rays have a start.
-            ids = np.union1d(ids, lens.behind(scene.camera, world.spheres, screen, ahead))
+            listed[lens.behind(scene.camera, world.spheres, screen, ahead)] = True
+        ids = np.flatnonzero(listed)
     chosen = slice(None) if ids is None else ids
     center = space.of(world.spheres.center[chosen].astype(wide))
     radius = world.spheres.radius[chosen].astype(wide)
