@@ -25,21 +25,7 @@ for number in SIGNALS:
 # itself, takes a fifteenth of a short command.
 gc.set_threshold(20_000)
 
-from clrt.commands.cli import main as command  # noqa: E402
-
-PATIENCE = 1.0  # seconds to clean up in
-_ended = float("-inf")  # when
 _status: object = None  # with which it ends
-
-
-def _end(number: int, frame: FrameType | None) -> None:
-    """Ends the command by an exception, so that half-written files are removed."""
-    global _ended
-    if time.monotonic() < _ended + PATIENCE:
-        return  # it is at it: `timeout` sends two, and so do the impatient
-    _ended = time.monotonic()
-    sys.unraisablehook = lambda unraisable: None  # half-made objects complain
-    sys.exit(128 + number)
 
 
 def _leave() -> None:
@@ -52,9 +38,27 @@ def _leave() -> None:
             os._exit(_status)
 
 
+# The first to be registered is the last to run: what is imported next may clean up as well.
+atexit.register(_leave)
+
+from clrt.commands.cli import main as command  # noqa: E402
+
+PATIENCE = 1.0  # seconds to clean up in
+_ended = float("-inf")  # when
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """Ends the command by an exception, so that half-written files are removed."""
+    global _ended
+    if time.monotonic() < _ended + PATIENCE:
+        return  # it is at it: `timeout` sends two, and so do the impatient
+    _ended = time.monotonic()
+    sys.unraisablehook = lambda unraisable: None  # half-made objects complain
+    sys.exit(128 + number)
+
+
 def main() -> None:
     global _status
-    atexit.register(_leave)  # the first to be registered is the last to run
     # The parent may have closed some of these. They are opened in this order, lest a picture
     # gets the number of one.
     if sys.stdin is None:

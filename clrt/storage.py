@@ -8,7 +8,7 @@ import secrets
 import stat
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,7 +18,8 @@ LOCK_GRACE_SECONDS = 60  # a younger file may not be locked yet
 ROOM = 1 << 20  # bytes; a compiled kernel takes a seventh of it
 KEPT_ROOM = 200 << 20  # bytes of all that is kept: 1200 programs
 KEY_LENGTH = 64  # of a kept file's name: sha256, in hexadecimal digits
-IN_MEMORY = "/dev/shm"  # Linux has a file system there
+IN_MEMORY = "/dev/shm"  # Linux has a file system there; some containers' has 64 MB
+ROOM_IN_MEMORY = 32 << 20  # bytes
 
 
 def folder(name: str) -> Path:
@@ -37,9 +38,9 @@ def cache_folder(runs: bool = False) -> Path:
         DeviceError: neither has room, or lets programs run.
     """
     reason = ""
-    finds: list[Callable[[], Path]] = [_of_user, lambda: _own(tempfile.gettempdir())]
+    finds = [_of_user, _temporary]
     if runs and "XDG_CACHE_HOME" not in os.environ:
-        finds.insert(0, lambda: _own(IN_MEMORY))
+        finds.insert(0, _in_memory)
     for find in finds:
         try:
             found = find()
@@ -60,6 +61,17 @@ def _of_user() -> Path:
     found = found.absolute()  # whatever folder the process works in later
     found.mkdir(parents=True, exist_ok=True)
     return found
+
+
+def _temporary() -> Path:
+    return _own(tempfile.gettempdir())
+
+
+def _in_memory() -> Path:
+    found = os.statvfs(IN_MEMORY)
+    if found.f_bavail * found.f_frsize < ROOM_IN_MEMORY or found.f_flag & os.ST_NOEXEC:
+        raise OSError(f"{IN_MEMORY} has no room for programs")
+    return _own(IN_MEMORY)
 
 
 def _own(parent: str) -> Path:

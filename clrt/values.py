@@ -140,6 +140,13 @@ def floats(key: str, given: ArrayLike, columns: int) -> Array:
     return array
 
 
+def median(values: Array) -> float:
+    """Of (n,) finite numbers, one at least. np.median imports masked arrays, which takes 10 ms."""
+    low, high = (len(values) - 1) // 2, len(values) // 2
+    parts = np.partition(values, (low, high))
+    return float(parts[low]) / 2 + float(parts[high]) / 2
+
+
 def owned(array: Array) -> Array:
     """The array itself if it is contiguous and nobody can write to it, or else a copy."""
     if array.flags.c_contiguous and not _can_change(array):

@@ -10,7 +10,7 @@ typedef struct {
     wides nearest;
 } Rects;
 
-// TILES: from where to where along an axis of the screen spheres can show, in slopes (ORTHOGRAPHIC: in
+// TILES or REFINE: from where to where along an axis of the screen spheres can show, in slopes (ORTHOGRAPHIC: in
 // lengths). x: their middles along that axis; den: depth^2 - radius^2, off by 16 x 3 u of itself.
 static void silhouettes(wides x, wides depth, wides radius, wides den, wides *low, wides *high) {
     if (ORTHOGRAPHIC) {

@@ -1,9 +1,9 @@
 // Samples: several points of a pixel, and when they are enough.
 //
 // With HASHED a pixel's path is wanted beside its colour. Pixels whose paths are unlike a neighbour's
-// are at an edge, and so may be those that have no neighbour on some side; edges() lists them, and a program with REFINE traces these again, its lanes as points
-// of one pixel. With GATHER every pixel gets several samples: the lanes are then pixels, and all have
-// their points at the same places.
+// are at an edge, and so may be those that have no neighbour on some side; edges() lists them, and a
+// program with REFINE traces these again, its lanes as points of one pixel. With GATHER every pixel
+// gets several samples: the lanes are then pixels, and all have their points at the same places.
 //
 // A ball of less than a pixel may lie between the points of all pixels around it. mark_balls() finds where
 // it can show in closed form, however few there are. It looks at spheres one by one, not at what hides them.
@@ -44,15 +44,16 @@ static void mark(const Marks *to, __global const Camera *camera, real left, real
                  real top, bool missed) {
     real columns = REAL(0.5) / camera->step[0], rows = REAL(0.5) / camera->step[1];
     // A pixel reaches half of one to each side of its middle.
-    real x0 = REAL(0.5) * camera->last[0] + REAL(0.5) - to->left;
-    real y0 = REAL(0.5) * camera->last[1] + REAL(0.5) - to->top;
+    real x0 = REAL(0.5) * camera->last[0] + REAL(0.5);
+    real y0 = REAL(0.5) * camera->last[1] + REAL(0.5);
     left = left * columns + x0, right = right * columns + x0;
-    real first_row = y0 - top * rows, last_row = y0 - bottom * rows;
-    int width = to->right - to->left, height = to->bottom - to->top;
-    if (!(right >= 0 && left < width && last_row >= 0 && first_row < height)) return;
-    int first = fmax(left, (real)0), last = fmin(right, (real)(width - 1));
-    int end = fmin(last_row, (real)(height - 1));
-    for (int row = fmax(first_row, (real)0); row <= end; row++)
+    top = y0 - top * rows, bottom = y0 - bottom * rows;
+    if (!(right >= to->left && left < to->right && bottom >= to->top && top < to->bottom)) return;
+    // Columns and rows of the picture first: rounded as for the whole, whatever part is marked.
+    int first = (int)fmax(left, (real)to->left) - to->left;
+    int last = (int)fmin(right, (real)(to->right - 1)) - to->left;
+    int end = (int)fmin(bottom, (real)(to->bottom - 1)) - to->top;
+    for (int row = (int)fmax(top, (real)to->top) - to->top; row <= end; row++)
         for (int word = first / 16; word <= last / 16; word++) {
             int low = max(first - 16 * word, 0), high = min(last - 16 * word, 15);
             uint bits = (2u << high) - (1u << low);
@@ -111,11 +112,12 @@ __kernel void mark_balls(__global uint *words, int left, int top, int right, int
     }
 }
 
-// REFINE: lists the pixels of a film that are at an edge or marked, in any order. So are those at the picture's
-// border: what lies beyond it may begin in them.
+// REFINE: lists the pixels of a film that are at an edge or marked, in any order. So are those at the
+// picture's border: what lies beyond it may begin in them.
 // paths: height x width. Those are listed that lie before column `right`, from column `left` and row
-// `first_row` on, by their place in a film that begins with that row; ~place where a small ball is. A listed pixel has neighbours
-// in `paths` but where the picture ends. marks: a word for each work-item. Global size: (columns / 16, rounded up; rows).
+// `first_row` on, by their place in a film that begins with that row; ~place where a small ball is. A
+// listed pixel has neighbours in `paths` but where the picture ends. marks: a word for each work-item.
+// Global size: (columns / 16, rounded up; rows).
 __kernel void edges(__global const uint *paths, int width, int height, int left, int first_row,
                     int right, __global const uint *marks, __global int *list,
                     __global int *count) {

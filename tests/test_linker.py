@@ -289,8 +289,9 @@ def test_a_warm_command_starts_nothing(tmp_path: Path) -> None:
     """No process: one that the command had waited for would have had memory."""
     code = (
         "import atexit, resource\n"
+        "from clrt.__main__ import main\n"
         "atexit.register(lambda: print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss))\n"
-        "from clrt.__main__ import main; main()"
+        "main()"
     )
     words = ["render", "--lanes", "4", "--samples", "5", "--width", "65", "--height", "37"]
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}

@@ -484,9 +484,10 @@ def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n", "count"), [(10**5, 300), (10**6, 100)])
-def test_many(n: int, count: int) -> None:
-    """So many pixels against the truth, which goes through all spheres for each."""
+@pytest.mark.parametrize(("n", "count", "part"), [(10**5, 300, 0.97), (10**6, 100, 0.95)])
+def test_many(n: int, count: int, part: float) -> None:
+    """So many pixels against the truth, which goes through all spheres for each. In a part of them mirrors
+    show the same: they magnify, and of 100 the fifth of one is chance."""
     scene = scene_of(*cloud(n))
     random = np.random.default_rng(2)
     pixels = [(int(r), int(c)) for r, c in random.integers(0, (540, 960), (count, 2))]
@@ -496,5 +497,5 @@ def test_many(n: int, count: int) -> None:
         paths = renderer.paths(scene, 960, 540)
     rows, columns = np.transpose(pixels)
     same = paths[rows, columns] == truth.paths
-    assert same.mean() > 0.95  # mirrors magnify
+    assert same.mean() > part
     assert abs(image[rows, columns] - truth.image)[same].max() < 5e-3

@@ -135,8 +135,9 @@ def run_folder() -> Path:
     global _run_folder
     if _run_folder is None:
         cache = storage.cache_folder(runs=True)
-        for old in storage.abandoned(cache.glob("run-*")):
-            shutil.rmtree(old, ignore_errors=True)
+        for parent in {cache, storage.cache_folder()}:  # 0.3.0 ran from the latter
+            for old in storage.abandoned(parent.glob("run-*")):
+                shutil.rmtree(old, ignore_errors=True)
         _run_folder = Path(tempfile.mkdtemp(prefix="run-", dir=cache))
         with suppress(OSError):  # some network file systems have no locks
             storage.locked(_run_folder)

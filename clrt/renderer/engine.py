@@ -144,10 +144,8 @@ class Engine:
             kinds = exposures(scene, dtype, alpha, names)
             programs = self._programs_of(scene, kinds)
             own = programs[kinds[0]]
-            if kinds[0] in ("alpha", "guides"):
-                decorations.drawings(
-                    scene, size, None
-                )  # what is wrong there is said before the work
+            if kinds[0] in ("alpha", "guides"):  # what is wrong there is said before the work
+                decorations.drawings(scene, size, None)
             arguments = self._dispatcher.arguments(
                 scene, width, height, own[0], self.kernel_seconds
             )

@@ -1,6 +1,7 @@
 """Spheres: one, and many as arrays."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import msgspec
 import numpy as np
@@ -15,7 +16,7 @@ from clrt.scene.rows import (
     radii_of,
     triple,
 )
-from clrt.values import Array, Color, Vec3, floats, number, require, vectors
+from clrt.values import Array, Color, Vec3, floats, median, number, require, vectors
 
 
 class Sphere(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -71,6 +72,11 @@ class Spheres(Rows[Sphere]):
         self.color = colors_of("spheres.color", color, n)
         self.opacity = None if opacity is None else opacities_of("spheres.opacity", opacity, n)
         self.material_index, self.names = materials_of("spheres.material", material, n)
+
+    @cached_property
+    def median_radius(self) -> float:
+        """In world units; of at least one sphere."""
+        return median(self.radius)
 
     def _row(self, i: int, material: str) -> Sphere:
         color = None if self.color is None else triple(self.color[i])

@@ -204,7 +204,8 @@ class Painter:
                 header["render"] = time.perf_counter() - started
                 self._rendered.put(Picture(task, shot, film, depth, header))
                 if task.is_final:
-                    self._fit_sky(shot)
+                    with suppress(Exception):  # the next picture tells what is wrong
+                        self._fit_sky(shot)
             finally:
                 line.cancel()
         self._rendered.put(None)
@@ -255,7 +256,11 @@ class Painter:
             self._stage.give_way()
 
     def _fit_sky(self, shot: Shot) -> None:
-        """Once for each scene that is at rest: so it is as bright when it moves on."""
+        """Once for each scene that is at rest: so it is as bright when it moves on.
+
+        Raises:
+            CancelledError: another picture is due.
+        """
         if self._sky_of is shot.scene or not has_closed_form(shot.scene):
             return
         scene = bare(shot.scene)
@@ -268,8 +273,7 @@ class Painter:
                 scene, *size, dtype="uint8", alpha=False, progress=partial(self._go_on, False)
             )
 
-        with suppress(CancelledError, ClrtError):  # who moves is told what is wrong
-            self._sky, self._sky_of = sky_of(scene, picture), shot.scene
+        self._sky, self._sky_of = sky_of(scene, picture), shot.scene
 
     def _encode(self) -> None:
         while (picture := self._rendered.get()) is not None:

@@ -156,9 +156,7 @@ def arguments_of(world: World, scene: Scene, width: int, height: int) -> dict[st
     if world.skies:
         far = np.array([light.distance for light in world.skies], np.longdouble)
         if not any(sky.occlusion is True for sky in world.skies) and len(world.spheres):
-            far = np.minimum(
-                far, NEAR * np.median(world.spheres.radius[lens.some(len(world.spheres))])
-            )
+            far = np.minimum(far, NEAR * world.spheres.median_radius)
         found["sky_count"] = np.int32(len(far))
         found["skies"] = np.minimum(space.scale * far, np.finfo(real).max).astype(real)
     if world.nest:

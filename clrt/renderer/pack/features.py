@@ -247,7 +247,7 @@ def missed(scene: Scene) -> float:
     neighbour inside, one of more than 0.40 one of the points of samples.CENTRED. The rectangle of
     what looks long and slanted is up to 1.26 times as wide as that out to 48 degrees from the view.
     """
-    return 0.5 if base_samples(scene) == SMALLS_BASE else 0.9
+    return 0.51 if base_samples(scene) == SMALLS_BASE else 0.9
 
 
 def _goes_on(world: World, scene: Scene) -> bool:

@@ -150,18 +150,19 @@ def pack_world(scene: Scene, precision: Precision) -> World:
         nest=nest,
         of_faces=of_faces,
         gone=gone,
-        **_lit(scene, many, precision),
+        **_lit(scene, materials, many, precision),
     )
 
 
 def relit(world: World, scene: Scene) -> World:
     """The world of a scene that has the same things, and other lights."""
-    return replace(world, **_lit(scene, world.spheres, world.precision))
+    return replace(world, **_lit(scene, list(world.materials.values()), world.spheres, world.precision))
 
 
-def _lit(scene: Scene, many: Spheres, precision: Precision) -> dict[str, Any]:
-    """What of a world depends on lights."""
-    materials = list(scene.materials.values())
+def _lit(
+    scene: Scene, materials: list[Material], many: Spheres, precision: Precision
+) -> dict[str, Any]:
+    """What of a world depends on lights. materials: in its order."""
     shining = tuple(light for light in scene.lights if not isinstance(light, AmbientLight))
     ambient = [light for light in scene.lights if isinstance(light, AmbientLight)]
     open_ambient = [light for light in ambient if not light.occlusion]
