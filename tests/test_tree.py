@@ -486,8 +486,8 @@ def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "count", "part"), [(10**5, 300, 0.97), (10**6, 100, 0.95)])
 def test_many(n: int, count: int, part: float) -> None:
-    """So many pixels against the truth, which goes through all spheres for each. In a part of them mirrors
-    show the same: they magnify, and of 100 the fifth of one is chance."""
+    """So many pixels against the truth, which goes through all spheres for each; `part` of them show
+    the same. Not all, for mirrors magnify, and few pixels tell the part less well."""
     scene = scene_of(*cloud(n))
     random = np.random.default_rng(2)
     pixels = [(int(r), int(c)) for r, c in random.integers(0, (540, 960), (count, 2))]

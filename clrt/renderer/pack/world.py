@@ -156,7 +156,9 @@ def pack_world(scene: Scene, precision: Precision) -> World:
 
 def relit(world: World, scene: Scene) -> World:
     """The world of a scene that has the same things, and other lights."""
-    return replace(world, **_lit(scene, list(world.materials.values()), world.spheres, world.precision))
+    return replace(
+        world, **_lit(scene, list(world.materials.values()), world.spheres, world.precision)
+    )
 
 
 def _lit(
