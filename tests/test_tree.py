@@ -486,7 +486,7 @@ def test_an_order_of_other_spheres_is_not_used(device: cl.Device) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "count", "part"), [(10**5, 300, 0.97), (10**6, 100, 0.95)])
 def test_many(n: int, count: int, part: float) -> None:
-    """So many pixels against the truth, which goes through all spheres for each; `part` of them show
+    """So many pixels against the truth, which goes through all spheres for each; `part` show
     the same. Not all, for mirrors magnify, and few pixels tell the part less well."""
     scene = scene_of(*cloud(n))
     random = np.random.default_rng(2)
