@@ -5,6 +5,7 @@ clrt's pictures, where they are installed.
 """
 
 import importlib.util
+import random
 import subprocess
 import sys
 import tempfile
@@ -100,7 +101,7 @@ def scene_of(spheres: Array, albedo: float = ALBEDO) -> clrt.Scene:
 
 def beside(folder: Path, kept: Path, size: Size, quick: bool) -> list[Figures]:
     """Seconds of whole commands in turn, and the errors of their pictures' middles."""
-    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, SAMPLES, 3, TRUTH)
+    number, counts, turns, count = (1000, (4,), 1, 16) if quick else (10**5, SAMPLES, 5, TRUTH)
     spheres, region = many.molecule(number).astype(np.float32), middle(size)
     scene, path, data = scene_of(spheres), folder / "atoms.toml", folder / "data.npz"
     clrt.save_scene(path, scene)
@@ -150,12 +151,13 @@ def in_turn(
     ours: dict[Way, Callable[[], float]], theirs: dict[str, Callable[[], float]], turns: int
 ) -> tuple[dict[Way, list[float]], dict[str, list[float]]]:
     """As harness.in_turn(), but that `theirs`, which take long, run once, amid the others. They
-    are warm: ovito_peer.renderers() has run each."""
+    are warm: ovito_peer.renderers() has run each. Ours run in another order each turn: what comes
+    after a long command takes up to a fifth longer."""
     long: dict[str, list[float]] = {}
     seconds: dict[Way, list[float]] = {way: [] for way in ours}
     for turn in range(turns + 1):
-        for way, run in ours.items():
-            took = run()
+        for way in random.Random(turn).sample(list(ours), len(ours)):
+            took = ours[way]()
             if turn > 0:
                 seconds[way].append(took)
         if turn == turns // 2:
