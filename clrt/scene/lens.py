@@ -171,7 +171,7 @@ def _firsts(camera: Camera, spheres: Spheres, screen: Array, real: type[np.float
         if camera.orthographic:
             away = -_along(apart, basis[2])
         else:
-            away = np.sqrt(_along(apart, apart)) * real(1 - 1e-9)  # less than what find() rounds
+            away = np.sqrt(_along(apart, apart)) * real(1 - 1e-9)  # safe from find()'s rounding
         near = np.flatnonzero(away - 1.001 * radius < firsts[0])
         center = np.array([_along(apart[:, near], axis) for axis in basis])
         firsts = np.minimum(firsts, find(center, radius[near], screen.astype(real)))

@@ -63,7 +63,7 @@ class Stage:
 
     def has_compiled(self, scene: Scene) -> bool:
         """Whether the programs are there of the first scene that this was asked for. They are
-        compiled beside the pictures, so that none of these waits."""
+        compiled beside the pictures, which need not wait for that."""
         with self._lock:
             if self._compiler is None:
                 self._compiler = threading.Thread(target=self._compile, args=(scene,), daemon=True)
