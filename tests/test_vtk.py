@@ -1,6 +1,7 @@
 """VTK's files of points, written by vtk."""
 
 import importlib
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -53,15 +54,16 @@ def written(path: Path, lines: bool = False) -> Any:
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".vtu", ".vtk"])
-def test_points_and_their_arrays(tmp_path: Path, suffix: str, recwarn: Any) -> None:
+def test_points_and_their_arrays(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     written(path)
-    found = clrt.read(path)
+    # Only these: objects of other tests that are freed meanwhile may warn as well.
+    with warnings.catch_warnings(action="error", category=clrt.ParticleWarning):
+        found = clrt.read(path)
     assert (found.positions == POINTS).all()
     assert same(found.radii, [1, 2, 3])
     assert same(found.types, [1, 2, 1])
     assert found.values["v_z"].tolist() == [0, 3, 6.5]
-    assert not recwarn.list
 
 
 def test_cells_that_are_not_used(tmp_path: Path) -> None:
