@@ -28,9 +28,10 @@ SPHERES_PER_PIXEL = 60  # the cost of a pixel without any, in tests of spheres
 BAND_SECONDS, GROWTH = 0.1, 4
 # A row of packets of thousands of samples takes seconds. Where it has more than ROW_SAMPLES (of 256
 # samples a pixel: if it is wider than 4K) launches have some columns of several rows of packets,
-# PIECE_SAMPLES at most, and fewer as soon as one takes more than PIECE_SECONDS. They do not grow
-# again: a pixel in which there is nothing takes a thousandth of the time of one beside it. A row of
-# a piece is a work-group at least: UNIT_ROWS for each of the device's units keep these busy.
+# PIECE_SAMPLES or one packet's width, and less as soon as one takes more than PIECE_SECONDS. They
+# do not grow again: a pixel in which there is nothing takes a thousandth of the time of one beside
+# it. A row of a piece is a work-group at least: UNIT_ROWS for each of the device's units keep these
+# busy.
 ROW_SAMPLES, PIECE_SAMPLES, PIECE_SECONDS, UNIT_ROWS = 1 << 22, 1 << 21, 0.3, 8
 
 
