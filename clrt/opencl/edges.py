@@ -87,19 +87,8 @@ def refine(
                 kernels["mark_balls"], (MARKERS,), (1,),
                 marks, *sides, per_row, real(missed), real(small), *balls,
             )  # fmt: skip
-            where = left, first, right
-            ran(
-                kernels["edges"],
-                size,
-                (GROUP, 1),
-                paths,
-                columns,
-                rows,
-                *where,
-                marks,
-                found,
-                count,
-            )
+            where = columns, rows, left, first, right
+            ran(kernels["edges"], size, (GROUP, 1), paths, *where, marks, found, count)
             cl.enqueue_copy(queue, number, count)
             total, start, told = int(number[0]), 0, 0
             flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
