@@ -14,8 +14,8 @@ from clrt.opencl import bands, edges
 from clrt.opencl.denoise import denoise
 from clrt.opencl.tree import Tree
 from clrt.renderer import glass
-from clrt.renderer.pack.arguments import arguments_of, sampling
-from clrt.renderer.pack.features import Features, has_tree, missed
+from clrt.renderer.pack.arguments import KEPT, arguments_of, sampling
+from clrt.renderer.pack.features import Features, missed
 from clrt.renderer.pack.kinds import KINDS, Kind, kinds_of
 from clrt.renderer.pack.structs import FILMS, Precision
 from clrt.renderer.pack.world import World, pack_world, relit
@@ -84,21 +84,11 @@ class Dispatcher:
             things = arguments[kind.names["things"]]
             fitted = self._fitted(kind, world, things, kernels, seconds)
             arguments |= {kind.names[name]: value for name, value in fitted.items()}
-        return arguments | self._on_device(world)
-
-    def _on_device(self, world: World) -> "dict[str, cl.Buffer]":
-        """The arguments that have as many rows as there are things, and depend on no camera: copied
-        to the device once, and not for each program and picture."""
-        many = {"sphere_colors": world.colors, "glass": world.glass, **world.of_faces}
-        if has_tree(world):
-            many["materials_of"] = world.material_of
-        missing = {
-            name: array
-            for name, array in many.items()
-            if array is not None and name not in self._uploaded
-        }
+        # Those of the world are copied to the device once, not for each program and picture.
+        own = {name: arguments[name] for name in KEPT if arguments[name] is not None}
+        missing = {name: own[name] for name in own if name not in self._uploaded}
         self._uploaded |= bands.upload(self._queue.context, missing)
-        return self._uploaded
+        return arguments | self._uploaded
 
     def _fitted(
         self,

@@ -40,6 +40,11 @@ ORDER = (
     *("face_nodes", "face_leaves", "face_shape"),
 )
 """The kernel's arguments from `paths` on, see render.cl."""
+KEPT = (
+    *("sphere_colors", "glass", "materials_of"),
+    *("looks", "corners", "vertex_normals", "vertex_colors"),
+)
+"""Those that are a world's own: they depend on no camera and no light, and can be large."""
 NOTHING: dict[str, Any] = {name: np.int32(0) if name in NUMBERS else None for name in ORDER}
 """Of a scene that needs none of them: no buffer, and nothing to count."""
 
